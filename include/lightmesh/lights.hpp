@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include <limits>
 #include <variant>
-
-#include <glm/vec3.hpp>
 
 namespace lightmesh {
 
@@ -21,8 +21,8 @@ struct DirectionalLight {
     glm::vec3 direction{0.0f, 0.0f, -1.0f};
 };
 
-/// Shines from one point into a cone. Points outside the cone get S = 0 and cost no ray; the soft fall-off towards its
-/// edge is the renderer's.
+/// Shines from one point into a cone. Points outside the cone get S = 0 and cost no ray; the soft fall-off
+/// towards its edge is the renderer's.
 struct SpotLight {
     glm::vec3 position{0.0f};
     /// The middle of the cone, from the light outwards; any length but 0.

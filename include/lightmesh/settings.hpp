@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <limits>
-
 #include <glm/vec3.hpp>
+
+#include <limits>
 
 namespace lightmesh {
 
 /// How V(P, x) of equation (2) is found: does the surface point P see the light point x?
 enum class ShortTest {
-    none,   ///< Express: every neighbour counts as visible. Fastest; light and shadow leak through walls thinner than r.
+    none,   ///< Express: every neighbour counts as visible. Fastest; light and shadow leak through walls
+            ///< thinner than r.
     exact,  ///< One ray of the `Intersector` per neighbour, where it can change the result.
 };
 
@@ -20,8 +21,9 @@ struct Settings {
     /// q, the light points per radius: the grid's step is r / q. In [1, 16].
     float quality = 4.0f;
     ShortTest short_test = ShortTest::exact;
-    /// One point of the grid, in world units; all others lie at origin + h * (i, j, k). NaN, the default, stands for an
-    /// uneven fraction of the step in each axis, so that walls at round coordinates do not lie on grid planes.
+    /// One point of the grid, in world units; all others lie at origin + h * (i, j, k). NaN, the default,
+    /// stands for an uneven fraction of the step in each axis, so that walls at round coordinates do not lie
+    /// on grid planes.
     glm::vec3 origin{std::numeric_limits<float>::quiet_NaN()};
     /// Side of a shadow map in texels, in [1, 16384]; only used with a `DepthRenderer`.
     int shadow_map_size = 1024;

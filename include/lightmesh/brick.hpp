@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/hemisphere.hpp>
+#include <lightmesh/light_table.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <thread>
+
+/// What is stored: the visibility scales of light points, brick by brick, tile of lights by tile of lights.
+///
+/// The unit of storing and of tracing is 8 light points (a cell of 2x2x2) by 8 lights (a group): 64 bits. A
+/// unit is written once, as a whole, before its bit in `known` is set (release), and never changes after; who
+/// sees the bit (acquire) may read it with plain loads.
+
+namespace lightmesh::detail {
+
+/// Bits of `BrickTile::known`: 8 * cell + group.
+inline constexpr std::uint64_t every_byte = 0x0101010101010101u;
+
+/// 0xff in each byte of a brick's mask that is not 0: the cells with light points in it, for all groups of
+/// lights.
+constexpr std::uint64_t cells_in(std::uint64_t mask) {
+    constexpr std::uint64_t low = 0x7f7f7f7f7f7f7f7fu;
+    const std::uint64_t highest_bits = (((mask & low) + low) | mask) & ~low;
+    return (highest_bits >> 7) * 0xff;
+}
+
+/// Up to 64 lights of one brick: for each cell a row of one byte a light, bit p of it being V(L, x) of the
+/// cell's light point p.
+class BrickTile {
+public:
+    /// Which units are there.
+    std::uint64_t known() const { return known_.load(std::memory_order_acquire); }
+
+    /// The bytes of a cell's lights; only those of known units may be read.
+    const std::uint8_t* row(int cell, int groups) const {
+        return reinterpret_cast<const std::uint8_t*>(units_.load(std::memory_order_relaxed) + cell * groups);
+    }
+
+    bool has_storage() const { return units_.load(std::memory_order_acquire) != nullptr; }
+
+    /// Gives the tile its 8 * groups units; only once, and by one thread at a time.
+    void set_storage(std::uint64_t* units) { units_.store(units, std::memory_order_release); }
+
+    /// Stores the units of `fresh` from values[8 * cell + group]; those that another thread has stored
+    /// meanwhile are left as they are: they have the same value.
+    void publish(std::uint64_t fresh, const std::uint64_t* values, int groups) {
+        while (busy_.exchange(true, std::memory_order_acquire))
+            std::this_thread::yield();
+        fresh &= ~known_.load(std::memory_order_relaxed);
+        std::uint64_t* units = units_.load(std::memory_order_relaxed);
+        for (std::uint64_t rest = fresh; rest != 0; rest &= rest - 1) {
+            const int bit = std::countr_zero(rest);
+            units[(bit / 8) * groups + bit % 8] = values[bit];
+        }
+        known_.fetch_or(fresh, std::memory_order_release);
+        busy_.store(false, std::memory_order_release);
+    }
+
+private:
+    std::atomic<std::uint64_t> known_{0};
+    std::atomic<std::uint64_t*> units_{nullptr};
+    std::atomic<bool> busy_{false};
+};
+
+/// 4x4x4 light points.
+class Brick {
+public:
+    Brick(const glm::ivec3& place, BrickTile* tiles) : place_(place), tiles_(tiles) {}
+
+    /// Index of the brick's first light point, over 4.
+    const glm::ivec3& place() const { return place_; }
+    BrickTile& tile(std::size_t t) const { return tiles_[t]; }
+
+private:
+    glm::ivec3 place_;
+    BrickTile* tiles_;
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/segment.hpp>
+
+#include <concepts>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+/// The contract between a light mesh and its user's program.
+///
+/// An adapter is copied into the mesh, which keeps the copy as long as it lives: make it a handle to your
+/// scene, not the scene. The scene must outlive the mesh and must not change under it.
+
+namespace lightmesh {
+
+/// The user's ray tracer: is a segment blocked?
+///
+///     bool occluded(const Segment& segment) const;
+///
+/// Called while a query runs, on the thread that runs it: so from as many threads at once as the user queries
+/// from, with no lock held. True if anything lies strictly between the two ends. The ends are off all
+/// surfaces already, so no epsilon is needed. A segment of length 0 is not blocked. The answer must depend on
+/// nothing but the segment. An exception leaves the query through `visibility`; nothing of the interrupted
+/// work is kept.
+template <class T>
+concept Intersector = std::copy_constructible<T> && requires(const T& tracer, const Segment& segment) {
+    { tracer.occluded(segment) } -> std::same_as<bool>;
+};
+
+/// Optional, and found by itself: many segments at once, for tracers that are faster with packets or streams.
+///
+///     void occluded(std::span<const Segment> segments, std::span<std::uint8_t> hit) const;
+///
+/// Sets hit[i] to 1 if segments[i] is blocked, else to 0; both spans have the same size, at least 1. Long
+/// tests come in calls of 8 * n segments, n <= 8 neighbouring lights by 8 light points of a 2x2x2 cell, all
+/// points of one light first; short tests in calls of up to 64 that share an origin. The same span must
+/// always give the same answers.
+template <class T>
+concept BatchIntersector = Intersector<T> &&
+    requires(const T& tracer, std::span<const Segment> segments, std::span<std::uint8_t> hit) {
+    tracer.occluded(segments, hit);
+};
+
+namespace detail {
+
+template <class T>
+concept OccludedCallable = requires(T& tracer, const Segment& segment) {
+    tracer.occluded(segment);
+};
+
+template <class T>
+concept OccludedCallableOnLvalueSegment = requires(T& tracer, Segment& segment) {
+    tracer.occluded(segment);
+};
+
+template <class T, class Segments, class Hits>
+concept BatchCallable = requires(T& tracer, Segments segments, Hits hit) {
+    tracer.occluded(segments, hit);
+};
+
+/// A two-argument `occluded` that is there but does not fit is a mistake, not a choice: it would be left out
+/// unseen.
+template <class T>
+concept MisspeltBatch =
+    !BatchCallable<const T, std::span<const Segment>, std::span<std::uint8_t>> &&
+    (BatchCallable<T, std::span<const Segment>, std::span<std::uint8_t>> ||
+     BatchCallable<T, std::span<Segment>, std::span<std::uint8_t>> ||
+     BatchCallable<T, std::span<const Segment>, std::span<bool>> ||
+     BatchCallable<T, std::span<const Segment>, std::span<int>> ||
+     BatchCallable<T, const Segment*, std::uint8_t*> || BatchCallable<T, const Segment*, bool*>);
+
+}  // namespace detail
+
+/// Says in one sentence what is wrong with an adapter:
+/// `static_assert(lightmesh::check_intersector<MyTracer>());`. `LightMesh` calls it for its own adapter. Does
+/// not compile, or returns true.
+template <class T>
+consteval bool check_intersector() {
+    static_assert(
+        std::is_class_v<T>,
+        "lightmesh: the Intersector must be a class with a member `bool occluded(const Segment&) const`");
+    if constexpr (std::is_class_v<T>) {
+        static_assert(std::copy_constructible<T>,
+                      "lightmesh: the Intersector must be copyable: the mesh keeps a copy");
+        static_assert(detail::OccludedCallable<T> || !detail::OccludedCallableOnLvalueSegment<T>,
+                      "lightmesh: the Intersector's occluded must take its segment as `const Segment&`");
+        static_assert(detail::OccludedCallable<T> || detail::OccludedCallableOnLvalueSegment<T>,
+                      "lightmesh: the Intersector lacks the member `bool occluded(const Segment&) const`");
+        if constexpr (detail::OccludedCallable<T>) {
+            static_assert(
+                detail::OccludedCallable<const T>,
+                "lightmesh: the Intersector's occluded must be const: many threads call it at once");
+            static_assert(
+                std::same_as<decltype(std::declval<T&>().occluded(std::declval<const Segment&>())), bool>,
+                "lightmesh: the Intersector's occluded must return bool: true if the segment is blocked");
+        }
+        static_assert(!detail::MisspeltBatch<T>,
+                      "lightmesh: the Intersector's occluded for many segments must be `void "
+                      "occluded(std::span<const Segment>, std::span<std::uint8_t>) const`");
+    }
+    return true;
+}
+
+}  // namespace lightmesh

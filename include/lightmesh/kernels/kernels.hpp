@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/kernels/avx512.hpp>
+#include <lightmesh/kernels/portable.hpp>
+
+namespace lightmesh::detail {
+
+/// The fastest kernel that the compiler's own target flags allow.
+#if defined(LIGHTMESH_HAS_AVX512_KERNEL)
+using FastestKernel = Avx512Kernel;
+#else
+using FastestKernel = PortableKernel;
+#endif
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/brick_map.hpp>
+#include <lightmesh/concepts.hpp>
+#include <lightmesh/grid.hpp>
+#include <lightmesh/kernels/kernels.hpp>
+#include <lightmesh/light_table.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/long_test.hpp>
+#include <lightmesh/neighbours.hpp>
+#include <lightmesh/settings.hpp>
+#include <lightmesh/statistics.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace lightmesh {
+
+/// Soft shadows from many lights: equations (1) to (3) of the light mesh method (Debelov, Sevastyanov,
+/// Novikov, Vasilyeva, "Ray Tracing Based on Interpolation of Visibility of Point Light Sources", Springer
+/// SCI 441, 2013).
+///
+/// A mesh starts empty and fills itself as it is queried. All queries are const and may be called from any
+/// number of threads at once; their results do not depend on the number of threads or on the order of
+/// queries. A query on a filled mesh allocates nothing; one that is the first to touch some part of space may
+/// add memory to the mesh (and throw std::bad_alloc). Lights, settings and the scene behind the adapters are
+/// fixed for the life of a mesh.
+///
+/// In a query, `point` is a surface point P in world units, and `normal` the geometric normal there, on the
+/// side that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero
+/// normal has no hemisphere: the result is the exact shadow ray of the case m = 0, with chi = 1. A finite
+/// point whose light points have no index (farther than 2^24 steps from the origin) throws std::out_of_range.
+template <class Tracer, class Kernel = detail::FastestKernel>
+class LightMesh {
+    static_assert(check_intersector<Tracer>());
+
+public:
+    /// Copies adapter and lights. Any number of lights, also none. Throws std::invalid_argument that names
+    /// the value for settings out of range and lights that are not finite.
+    LightMesh(Tracer tracer, std::span<const Light> lights, const Settings& settings)
+        : tracer_(std::move(tracer)), grid_(settings), settings_(settings), lights_(lights, grid_),
+          state_(std::make_unique<State>(lights_.tile_count())) {}
+
+    std::size_t light_count() const { return lights_.size(); }
+    const Grid& grid() const { return grid_; }
+    const Settings& settings() const { return settings_; }
+
+    /// S_i(P) of equation (3) for one light: how lit the point is, 0 in shadow to 1 lit. Throws
+    /// std::out_of_range for a light that is not there. `spent`, if given, has this query's cost added.
+    float visibility(const glm::vec3& point, const glm::vec3& normal, std::size_t light,
+                     QueryStatistics* spent = nullptr) const {
+        if (light >= lights_.size())
+            throw_no_such_light(light);
+        return Query(*this, spent).one(point, normal, light);
+    }
+
+    /// S_i(P) of every light, in one pass over the neighbours: much cheaper than light by light, and the same
+    /// values. Throws std::invalid_argument if `all` does not have exactly `light_count()` places.
+    void visibility(const glm::vec3& point, const glm::vec3& normal, std::span<float> all,
+                    QueryStatistics* spent = nullptr) const {
+        if (all.size() != lights_.size())
+            throw_wrong_size("visibilities", all.size(), lights_.size());
+        Query(*this, spent).all(point, normal, all);
+    }
+
+    /// What the mesh holds by now. Walks over all of it.
+    MeshStatistics statistics() const {
+        MeshStatistics sum;
+        state_->bricks.for_each([&](const detail::Brick& brick) {
+            std::uint64_t cells = 0;
+            for (std::size_t t = 0; t < lights_.tile_count(); ++t)
+                cells |= detail::cells_in(brick.tile(t).known());
+            sum.light_points +=
+                static_cast<std::size_t>(std::popcount(cells));  // 8 bits for each cell of 8 points
+            ++sum.bricks;
+        });
+        sum.long_tests = state_->long_tests.load(std::memory_order_relaxed);
+        sum.long_rays = state_->long_rays.load(std::memory_order_relaxed);
+        sum.bytes = state_->bricks.bytes() + sizeof *this + lights_.bytes();
+        return sum;
+    }
+
+private:
+    class Query;
+
+    /// All that changes.
+    struct State {
+        explicit State(std::size_t tiles) : bricks(tiles) {}
+        detail::BrickMap bricks;
+        std::atomic<std::uint64_t> long_tests{0};
+        std::atomic<std::uint64_t> long_rays{0};
+    };
+
+    /// Finds the units in `missing` (see `BrickTile`) by long tests and stores them.
+    void fill(detail::Brick& brick, std::size_t tile, std::uint64_t missing) const;
+
+    [[noreturn]] void throw_no_such_light(std::size_t light) const {
+        throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) + "; the mesh has " +
+                                std::to_string(lights_.size()));
+    }
+    [[noreturn]] static void throw_wrong_size(const char* what, std::size_t size, std::size_t expected) {
+        throw std::invalid_argument("lightmesh: the span of " + std::string(what) + " has " +
+                                    std::to_string(size) + " places; it must have " +
+                                    std::to_string(expected));
+    }
+
+    Tracer tracer_;
+    Grid grid_;
+    Settings settings_;
+    detail::LightTable lights_;
+    detail::RayLongTest long_test_;
+    std::unique_ptr<State> state_;
+};
+
+template <class Tracer, class Lights>
+LightMesh(Tracer, const Lights&, Settings) -> LightMesh<Tracer>;
+
+/// One query's steps, its state on the stack.
+template <class Tracer, class Kernel>
+class LightMesh<Tracer, Kernel>::Query {
+public:
+    Query(const LightMesh& mesh, QueryStatistics* spent)
+        : mesh_(mesh), lights_(mesh.lights_), spent_(spent) {}
+
+    float one(const glm::vec3& point, const glm::vec3& normal, std::size_t light) {
+        if (!begin(point, normal))
+            return std::numeric_limits<float>::quiet_NaN();
+        if (!lights_.reaches(light, point_, normal_))
+            return 0.0f;
+        find_neighbours();
+        if (mesh_.settings_.short_test == ShortTest::exact) {
+            const int lit = count_lit(light);
+            const bool agree = lit == 0 || lit == neighbours_.point_count();
+            if (agree && sees_any_neighbour())
+                return lit == 0 ? 0.0f : 1.0f;
+            test_neighbours();
+        }
+        const int count = neighbours_.point_count();
+        if (count == 0) {
+            note_empty();
+            return shadow_ray(light);
+        }
+        return static_cast<float>(count_lit(light)) / static_cast<float>(count);
+    }
+
+    void all(const glm::vec3& point, const glm::vec3& normal, std::span<float> values) {
+        if (!begin(point, normal)) {
+            std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
+        } else if (find_neighbours(); mesh_.settings_.short_test != ShortTest::exact) {
+            average(values);
+        } else if (average(values) && sees_any_neighbour()) {
+            // Every light is seen by all neighbours or by none: which of them P sees does not matter.
+        } else {
+            test_neighbours();
+            average(values);
+        }
+    }
+
+private:
+    using Reaching = std::array<std::uint8_t, detail::lights_per_tile>;
+
+    bool begin(const glm::vec3& point, const glm::vec3& normal) {
+        if (spent_ != nullptr)
+            ++spent_->points;
+        point_ = point;
+        normal_ = detail::unit_or_zero(normal);
+        return detail::is_finite(point) && detail::is_finite(normal);
+    }
+
+    void find_neighbours() {
+        const detail::Hemisphere hemisphere(mesh_.grid_, point_, normal_);
+        neighbours_.template find<Kernel>(hemisphere, mesh_.state_->bricks);
+    }
+
+    /// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
+    bool sees_any_neighbour() const {
+        const glm::vec3 end = surface_end();
+        for (const detail::BrickPoints& entry : neighbours_.entries()) {
+            for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
+                if (spent_ != nullptr)
+                    ++spent_->short_rays;
+                const glm::ivec3 index = detail::index_of(*entry.brick, std::countr_zero(rest));
+                if (!mesh_.tracer_.occluded(Segment{end, mesh_.grid_.position(index)}))
+                    return true;
+            }
+        }
+        return false;
+    }
+
+    /// The short test of equation (2), by a ray for each neighbour.
+    void test_neighbours() {
+        const glm::vec3 end = surface_end();
+        neighbours_.narrow([&](const detail::BrickPoints& entry) {
+            std::array<Segment, detail::most_segments> segments;
+            std::array<std::uint8_t, detail::most_segments> hit;
+            std::size_t size = 0;
+            for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
+                const glm::ivec3 index = detail::index_of(*entry.brick, std::countr_zero(rest));
+                segments[size++] = {end, mesh_.grid_.position(index)};
+            }
+            detail::trace(mesh_.tracer_, std::span(segments).first(size), std::span(hit).first(size));
+            if (spent_ != nullptr)
+                spent_->short_rays += size;
+            std::uint64_t seen = 0;
+            std::size_t i = 0;
+            for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1)
+                if (hit[i++] == 0)
+                    seen |= rest & (~rest + 1);
+            return seen;
+        });
+    }
+
+    /// Equation (3) for all lights. True if for each light that reaches P all neighbours agree, and there are
+    /// some.
+    bool average(std::span<float> values) {
+        const int count = neighbours_.point_count();
+        if (count == 0) {
+            trace_shadow_rays(values);
+            return false;
+        }
+        bool agree = true;
+        for (std::size_t t = 0; t < lights_.tile_count(); ++t) {
+            const auto first = t * detail::lights_per_tile;
+            agree &=
+                average_tile(t, count, values.subspan(first, static_cast<std::size_t>(lights_.tile_size(t))));
+        }
+        return agree;
+    }
+
+    bool average_tile(std::size_t tile, int count, std::span<float> values) {
+        Reaching reaching;
+        lights_.find_reaching(tile, point_, normal_, reaching.data());
+        const std::uint32_t groups = groups_with_any(reaching);
+        alignas(64) std::array<std::uint16_t, detail::lights_per_tile> lit{};
+        if (groups != 0)
+            count_lit(tile, groups, lit.data());
+        int mixed = 0;
+        const auto whole = static_cast<float>(count);
+        for (std::size_t l = 0; l < values.size(); ++l) {
+            const int reached = reaching[l] != 0 ? lit[l] : 0;
+            values[l] = static_cast<float>(reached) / whole;
+            mixed |= static_cast<int>(reached != 0) & static_cast<int>(reached != count);
+        }
+        return mixed == 0;
+    }
+
+    static std::uint32_t groups_with_any(const Reaching& reaching) {
+        std::uint32_t groups = 0;
+        for (std::size_t g = 0; g < 8; ++g) {
+            std::uint64_t lights;
+            std::memcpy(&lights, &reaching[8 * g], sizeof lights);
+            groups |= static_cast<std::uint32_t>(lights != 0) << g;
+        }
+        return groups;
+    }
+
+    /// lit[l] = number of neighbours that see light l of the tile, for the groups of lights in the mask.
+    void count_lit(std::size_t tile, std::uint32_t groups, std::uint16_t* lit) {
+        constexpr int capacity = 256;
+        std::array<detail::CellRow, capacity + detail::cells_per_brick> rows;
+        int size = 0;
+        const int stride = lights_.tile_groups(tile);
+        const auto flush = [&] {
+            std::array<std::uint16_t, detail::lights_per_tile> more;
+            Kernel::count_lit(rows.data(), size, groups, more.data());
+            for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
+                const auto first = 8 * static_cast<std::size_t>(std::countr_zero(rest));
+                for (std::size_t l = first; l < first + 8; ++l)
+                    lit[l] = static_cast<std::uint16_t>(lit[l] + more[l]);
+            }
+            size = 0;
+        };
+        for (const detail::BrickPoints& entry : neighbours_.entries()) {
+            const detail::BrickTile& known = known_tile(entry, tile, groups);
+            for (std::uint64_t rest = entry.points; rest != 0;) {
+                const int cell = std::countr_zero(rest) / 8;
+                const auto points = static_cast<std::uint8_t>(rest >> (8 * cell));
+                rows[static_cast<std::size_t>(size++)] = {known.row(cell, stride), points};
+                rest &= ~(std::uint64_t{0xff} << (8 * cell));
+            }
+            if (size > capacity)
+                flush();
+        }
+        flush();
+    }
+
+    /// The number of neighbours that see one light.
+    int count_lit(std::size_t light) {
+        const std::size_t tile = light / detail::lights_per_tile;
+        const std::size_t place = light % detail::lights_per_tile;
+        const int stride = lights_.tile_groups(tile);
+        int lit = 0;
+        for (const detail::BrickPoints& entry : neighbours_.entries()) {
+            const detail::BrickTile& known = known_tile(entry, tile, 1u << (place / 8));
+            for (int cell = 0; cell < detail::cells_per_brick; ++cell) {
+                const auto points = static_cast<std::uint8_t>(entry.points >> (8 * cell));
+                if (points != 0)
+                    lit += std::popcount(static_cast<std::uint8_t>(known.row(cell, stride)[place] & points));
+            }
+        }
+        return lit;
+    }
+
+    /// The entry's tile, after making sure that its light points know the lights of the groups.
+    const detail::BrickTile& known_tile(const detail::BrickPoints& entry, std::size_t t,
+                                        std::uint32_t groups) {
+        detail::BrickTile& tile = entry.brick->tile(t);
+        const std::uint64_t needed = detail::cells_in(entry.points) & (groups * detail::every_byte);
+        const std::uint64_t missing = needed & ~tile.known();
+        if (missing != 0) [[unlikely]]
+            mesh_.fill(*entry.brick, t, missing);
+        return tile;
+    }
+
+    glm::vec3 surface_end() const {
+        return detail::surface_end(point_, normal_, static_cast<float>(mesh_.grid_.step()));
+    }
+
+    void note_empty() {
+        if (spent_ != nullptr)
+            ++spent_->empty_points;
+    }
+
+    /// The case m = 0 of equation (3).
+    float shadow_ray(std::size_t light) {
+        if (spent_ != nullptr)
+            ++spent_->shadow_rays;
+        return mesh_.tracer_.occluded(lights_.shadow_segment(light, surface_end())) ? 0.0f : 1.0f;
+    }
+
+    void trace_shadow_rays(std::span<float> values) {
+        note_empty();
+        for (std::size_t t = 0; t < lights_.tile_count(); ++t) {
+            Reaching reaching;
+            lights_.find_reaching(t, point_, normal_, reaching.data());
+            for (int l = 0; l < lights_.tile_size(t); ++l) {
+                const std::size_t light = t * detail::lights_per_tile + static_cast<std::size_t>(l);
+                values[light] = reaching[static_cast<std::size_t>(l)] != 0 ? shadow_ray(light) : 0.0f;
+            }
+        }
+    }
+
+    const LightMesh& mesh_;
+    const detail::LightTable& lights_;
+    QueryStatistics* spent_;
+    glm::vec3 point_{0.0f};
+    glm::vec3 normal_{0.0f};
+    detail::Neighbours neighbours_;
+};
+
+template <class Tracer, class Kernel>
+void LightMesh<Tracer, Kernel>::fill(detail::Brick& brick, std::size_t t, std::uint64_t missing) const {
+    detail::BrickTile& tile = brick.tile(t);
+    const int groups = lights_.tile_groups(t);
+    state_->bricks.ensure_storage(tile, groups);
+    std::array<std::uint64_t, 64> units;
+    detail::LongTestCost cost;
+    for (std::uint64_t rest = missing; rest != 0; rest &= rest - 1) {
+        const int unit = std::countr_zero(rest);
+        const int group = unit % 8;
+        detail::CellPoints points;
+        for (int p = 0; p < 8; ++p)
+            points[static_cast<std::size_t>(p)] = grid_.position(detail::index_of(brick, unit - group + p));
+        const int count = (std::min)(8, lights_.tile_size(t) - 8 * group);
+        units[static_cast<std::size_t>(unit)] =
+            long_test_(tracer_, lights_, t * detail::lights_per_tile + static_cast<std::size_t>(8 * group),
+                       count, points, grid_.radius(), cost);
+    }
+    tile.publish(missing, units.data(), groups);
+    state_->long_tests.fetch_add(cost.tests, std::memory_order_relaxed);
+    state_->long_rays.fetch_add(cost.rays, std::memory_order_relaxed);
+}
+
+}  // namespace lightmesh

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/check.hpp>
+#include <lightmesh/grid.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/ray_ends.hpp>
+#include <lightmesh/segment.hpp>
+#include <lightmesh/vectors.hpp>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// Lights are handled in tiles of 64, and within a tile in groups of 8: the unit of what is stored and of
+/// what is traced.
+inline constexpr std::size_t lights_per_tile = 64;
+inline constexpr std::size_t lights_per_group = 8;
+
+/// The lights of a mesh, checked and laid out for loops over many of them.
+class LightTable {
+public:
+    /// Throws std::invalid_argument that names the light and the value for anything that is not finite (but a
+    /// range may be infinite), a range that is not greater than 0, a direction or axis of length 0, and a
+    /// cone outside (0, pi].
+    LightTable(std::span<const Light> lights, const Grid& grid)
+        : lights_(lights.begin(), lights.end()),
+          tiles_((lights.size() + lights_per_tile - 1) / lights_per_tile),
+          step_(static_cast<float>(grid.step())), reach_(static_cast<float>(grid.step() * Grid::max_index)) {
+        for (std::size_t i = 0; i < lights_.size(); ++i) {
+            const std::string name = "light " + to_text(i);
+            std::visit([&](const auto& light) { check(light, name); }, lights_[i]);
+            std::visit(
+                [&](const auto& light) { tiles_[i / lights_per_tile].set(i % lights_per_tile, light); },
+                lights_[i]);
+        }
+    }
+
+    std::size_t size() const { return lights_.size(); }
+    std::size_t bytes() const {
+        return lights_.capacity() * sizeof(Light) + tiles_.capacity() * sizeof(Tile);
+    }
+    const std::vector<Light>& lights() const { return lights_; }
+    std::size_t tile_count() const { return tiles_.size(); }
+
+    /// Number of lights in a tile, 1..64.
+    int tile_size(std::size_t tile) const {
+        return static_cast<int>((std::min)(lights_per_tile, lights_.size() - tile * lights_per_tile));
+    }
+    /// Number of groups in a tile, 1..8.
+    int tile_groups(std::size_t tile) const { return (tile_size(tile) + 7) / 8; }
+
+    /// Which lights of a tile can reach a point at all: chi of equation (3), range and cone. Sets reaches[l]
+    /// to 1 or 0 for all 64 places of the tile; places without a light get 0.
+    void find_reaching(std::size_t tile, const glm::vec3& point, const glm::vec3& normal,
+                       std::uint8_t* reaches) const {
+        tiles_[tile].find_reaching(point, normal, reaches);
+    }
+
+    /// `find_reaching` for one light.
+    bool reaches(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
+        return tiles_[light / lights_per_tile].reaches(light % lights_per_tile, point, normal);
+    }
+
+    /// Whether any point within `radius` of the box can be reached, by range alone.
+    bool in_range(std::size_t light, const glm::vec3& box_low, const glm::vec3& box_high,
+                  float radius) const {
+        return tiles_[light / lights_per_tile].in_range(light % lights_per_tile, box_low, box_high, radius);
+    }
+
+    /// The segment of a long test. It starts at the light, so that neighbouring segments are coherent; those
+    /// of a directional light start at the point, where coordinates are small.
+    Segment long_segment(std::size_t light, const glm::vec3& point) const {
+        if (const auto* sun = std::get_if<DirectionalLight>(&lights_[light]))
+            return {point, far_end(*sun, point)};
+        return {light_end(position_of(light), point, step_), point};
+    }
+
+    /// The segment of a shadow ray, from a surface end (see `surface_end`).
+    Segment shadow_segment(std::size_t light, const glm::vec3& end) const {
+        if (const auto* sun = std::get_if<DirectionalLight>(&lights_[light]))
+            return {end, far_end(*sun, end)};
+        return {end, light_end(position_of(light), end, step_)};
+    }
+
+private:
+    static void check(const PointLight& light, const std::string& name) {
+        require(is_finite(light.position), name + ": PointLight::position", light.position, "finite");
+        require(light.range > 0.0f, name + ": PointLight::range", light.range, "greater than 0");
+    }
+    static void check(const DirectionalLight& light, const std::string& name) {
+        require(is_finite(light.direction) && !is_zero(light.direction),
+                name + ": DirectionalLight::direction", light.direction, "finite and not zero");
+    }
+    static void check(const SpotLight& light, const std::string& name) {
+        require(is_finite(light.position), name + ": SpotLight::position", light.position, "finite");
+        require(is_finite(light.axis) && !is_zero(light.axis), name + ": SpotLight::axis", light.axis,
+                "finite and not zero");
+        require(light.cone > 0.0f && light.cone <= std::numbers::pi_v<float>, name + ": SpotLight::cone",
+                light.cone, "in (0, pi] radians");
+        require(light.range > 0.0f, name + ": SpotLight::range", light.range, "greater than 0");
+    }
+
+    const glm::vec3& position_of(std::size_t light) const {
+        if (const auto* point = std::get_if<PointLight>(&lights_[light]))
+            return point->position;
+        return std::get<SpotLight>(lights_[light]).position;
+    }
+
+    glm::vec3 far_end(const DirectionalLight& light, const glm::vec3& point) const {
+        return point - unit_or_zero(light.direction) * reach_;
+    }
+
+    /// 64 lights as columns. The way from P to a light is `at - nearness * P`: nearness is 1, or 0 for a
+    /// directional light, whose `at` is the way itself.
+    struct Tile {
+        using Column = std::array<float, lights_per_tile>;
+        Column at_x{}, at_y{}, at_z{}, nearness{};
+        Column range_squared = filled(-1.0f);  // less than any distance where there is no light
+        Column axis_x{}, axis_y{}, axis_z{}, cos_cone{};
+        bool has_cones = false;
+
+        static Column filled(float value) {
+            Column column;
+            column.fill(value);
+            return column;
+        }
+
+        void set(std::size_t l, const PointLight& light) { place(l, light.position, 1.0f, light.range); }
+        void set(std::size_t l, const DirectionalLight& light) {
+            place(l, -unit_or_zero(light.direction), 0.0f, std::numeric_limits<float>::infinity());
+        }
+        void set(std::size_t l, const SpotLight& light) {
+            place(l, light.position, 1.0f, light.range);
+            const glm::vec3 axis = unit_or_zero(light.axis);
+            axis_x[l] = axis.x;
+            axis_y[l] = axis.y;
+            axis_z[l] = axis.z;
+            cos_cone[l] = std::cos(light.cone);
+            has_cones = true;
+        }
+
+        void place(std::size_t l, const glm::vec3& at, float near_by, float range) {
+            at_x[l] = at.x;
+            at_y[l] = at.y;
+            at_z[l] = at.z;
+            nearness[l] = near_by;
+            range_squared[l] = range * range;
+            cos_cone[l] = -2.0f;  // every direction lies inside
+        }
+
+        void find_reaching(const glm::vec3& point, const glm::vec3& normal, std::uint8_t* reaches) const {
+            for (std::size_t l = 0; l < lights_per_tile; ++l) {
+                const float x = at_x[l] - nearness[l] * point.x;
+                const float y = at_y[l] - nearness[l] * point.y;
+                const float z = at_z[l] - nearness[l] * point.z;
+                const bool faces = normal.x * x + normal.y * y + normal.z * z >= 0.0f;
+                const bool near_enough = nearness[l] * (x * x + y * y + z * z) <= range_squared[l];
+                reaches[l] = static_cast<std::uint8_t>(faces & near_enough);
+            }
+            if (!has_cones)
+                return;
+            for (std::size_t l = 0; l < lights_per_tile; ++l)
+                reaches[l] &= inside_cone(l, point);
+        }
+
+        bool reaches(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
+            const float x = at_x[l] - nearness[l] * point.x;
+            const float y = at_y[l] - nearness[l] * point.y;
+            const float z = at_z[l] - nearness[l] * point.z;
+            return normal.x * x + normal.y * y + normal.z * z >= 0.0f &&
+                   nearness[l] * (x * x + y * y + z * z) <= range_squared[l] && inside_cone(l, point);
+        }
+
+        bool inside_cone(std::size_t l, const glm::vec3& point) const {
+            const float x = point.x - at_x[l];
+            const float y = point.y - at_y[l];
+            const float z = point.z - at_z[l];
+            return axis_x[l] * x + axis_y[l] * y + axis_z[l] * z >=
+                   cos_cone[l] * std::sqrt(x * x + y * y + z * z);
+        }
+
+        bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
+            const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
+            const glm::vec3 way = glm::max(glm::max(low - at, at - high), glm::vec3(0.0f));
+            const float least = (std::max)(glm::length(way) - 1.0001f * radius, 0.0f);
+            return nearness[l] * least * least <= range_squared[l];
+        }
+    };
+
+    std::vector<Light> lights_;
+    std::vector<Tile> tiles_;
+    float step_;
+    float reach_;
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/brick_map.hpp>
+#include <lightmesh/grid.hpp>
+#include <lightmesh/hemisphere.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace lightmesh::detail {
+
+/// Light points of one brick that belong to an interpolation set.
+struct BrickPoints {
+    Brick* brick;
+    std::uint64_t points;  ///< bits as in `bit_of`
+};
+
+/// The index of a light point in the grid.
+inline glm::ivec3 index_of(const Brick& brick, int bit) {
+    return brick_side * brick.place() + place_of(bit);
+}
+
+/// An interpolation set, brick by brick. Lives on the stack of a query.
+class Neighbours {
+public:
+    /// The hemisphere neighbours; makes the bricks that are missing.
+    template <class Kernel>
+    void find(const Hemisphere& hemisphere, BrickMap& bricks) {
+        RegionWindow window(hemisphere, bricks);
+        size_ = 0;
+        point_count_ = 0;
+        hemisphere.for_each_brick<Kernel>([&](const glm::ivec3& brick, std::uint64_t points) {
+            const glm::ivec3 place = hemisphere.first_brick() + brick;
+            entries_[size_++] = {&window.brick(place, bricks), points};
+            point_count_ += std::popcount(points);
+        });
+    }
+
+    std::span<BrickPoints> entries() { return {entries_, size_}; }
+    std::span<const BrickPoints> entries() const { return {entries_, size_}; }
+
+    /// m of equation (3).
+    int point_count() const { return point_count_; }
+
+    /// Removes light points: keep(entry) returns those of an entry that stay.
+    template <class Keep>
+    void narrow(Keep&& keep) {
+        std::size_t kept = 0;
+        point_count_ = 0;
+        for (const BrickPoints& entry : entries()) {
+            const std::uint64_t points = entry.points & keep(entry);
+            if (points == 0)
+                continue;
+            entries_[kept++] = {entry.brick, points};
+            point_count_ += std::popcount(points);
+        }
+        size_ = kept;
+    }
+
+private:
+    /// The regions that a hemisphere touches, each looked up once.
+    class RegionWindow {
+    public:
+        RegionWindow(const Hemisphere& hemisphere, const BrickMap& bricks) {
+            const glm::ivec3 first = hemisphere.first_brick();
+            const glm::ivec3 last = first + hemisphere.bricks() - 1;
+            first_ = region_of(first);
+            const glm::ivec3 end = region_of(last);
+            for (int z = first_.z; z <= end.z; ++z)
+                for (int y = first_.y; y <= end.y; ++y)
+                    for (int x = first_.x; x <= end.x; ++x)
+                        at({x, y, z}) = bricks.find_region({x, y, z});
+        }
+
+        Brick& brick(const glm::ivec3& place, BrickMap& bricks) {
+            Region*& region = at(region_of(place));
+            if (region != nullptr) {
+                if (Brick* found = region->find(place))
+                    return *found;
+            }
+            Brick& made = bricks.make_brick(place);
+            if (region == nullptr)
+                region = bricks.find_region(region_of(place));
+            return made;
+        }
+
+    private:
+        static constexpr int side = (Hemisphere::max_bricks_per_axis - 2) / region_side + 2;
+
+        static glm::ivec3 region_of(const glm::ivec3& brick) {
+            return {brick.x >> 3, brick.y >> 3, brick.z >> 3};
+        }
+
+        Region*& at(const glm::ivec3& region) {
+            const glm::ivec3 p = region - first_;
+            return regions_[static_cast<std::size_t>(p.x + side * (p.y + side * p.z))];
+        }
+
+        glm::ivec3 first_{0};
+        std::array<Region*, side * side * side> regions_;
+    };
+
+    std::size_t size_ = 0;
+    int point_count_ = 0;
+    BrickPoints entries_[Hemisphere::max_entries];
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lightmesh::detail {
+
+inline bool is_finite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+inline bool is_zero(const glm::vec3& v) {
+    return v.x == 0.0f && v.y == 0.0f && v.z == 0.0f;
+}
+
+/// The greatest of the components' magnitudes.
+inline float largest_component(const glm::vec3& v) {
+    return (std::max)((std::max)(std::abs(v.x), std::abs(v.y)), std::abs(v.z));
+}
+
+/// The vector at length 1, however short or long it is; zero stays zero.
+inline glm::vec3 unit_or_zero(const glm::vec3& v) {
+    const float largest = largest_component(v);
+    return largest > 0.0f ? glm::normalize(v / largest) : glm::vec3(0.0f);
+}
+
+}  // namespace lightmesh::detail
