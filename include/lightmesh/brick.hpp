@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cstddef>
@@ -30,6 +31,11 @@ constexpr std::uint64_t cells_in(std::uint64_t mask) {
     constexpr std::uint64_t low = 0x7f7f7f7f7f7f7f7fu;
     const std::uint64_t highest_bits = (((mask & low) + low) | mask) & ~low;
     return (highest_bits >> 7) * 0xff;
+}
+
+/// The same with one bit a cell.
+constexpr std::uint32_t cell_bits(std::uint64_t mask) {
+    return static_cast<std::uint32_t>((cells_in(mask) & 0x8040201008040201u) * every_byte >> 56);
 }
 
 /// Up to 64 lights of one brick: for each cell a row of one byte a light, bit p of it being V(L, x) of the
@@ -70,6 +76,27 @@ private:
     std::atomic<bool> busy_{false};
 };
 
+/// The links from a brick's light points one step up along each axis.
+class BrickLinks {
+public:
+    /// Cells whose links are there, one bit a cell.
+    std::uint32_t known() const { return known_.load(std::memory_order_acquire); }
+
+    /// Light points whose link along the axis is open; only those of known cells say something.
+    std::uint64_t open(std::size_t axis) const { return open_[axis].load(std::memory_order_relaxed); }
+
+    /// Stores the links of one cell. May be called by many threads at once: they all bring the same bits.
+    void publish(int cell, const std::array<std::uint64_t, 3>& open) {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            open_[axis].fetch_or(open[axis], std::memory_order_relaxed);
+        known_.fetch_or(1u << cell, std::memory_order_release);
+    }
+
+private:
+    std::array<std::atomic<std::uint64_t>, 3> open_{};
+    std::atomic<std::uint32_t> known_{0};
+};
+
 /// 4x4x4 light points.
 class Brick {
 public:
@@ -78,8 +105,11 @@ public:
     /// Index of the brick's first light point, over 4.
     const glm::ivec3& place() const { return place_; }
     BrickTile& tile(std::size_t t) const { return tiles_[t]; }
+    BrickLinks& links() { return links_; }
+    const BrickLinks& links() const { return links_; }
 
 private:
+    BrickLinks links_;
     glm::ivec3 place_;
     BrickTile* tiles_;
 };

@@ -50,6 +50,8 @@ public:
     static constexpr int max_bricks_per_axis = 10;  // 2q + 1 <= 33 light points
     static constexpr int max_entries = max_bricks_per_axis * max_bricks_per_axis * max_bricks_per_axis;
 
+    Hemisphere() = default;
+
     /// Of `normal` only the direction counts; a zero normal gives an empty hemisphere. Both must be finite.
     /// Throws std::out_of_range for a point outside the grid.
     Hemisphere(const Grid& grid, const glm::vec3& point, const glm::vec3& normal) {

@@ -7,6 +7,7 @@
 #include <lightmesh/kernels/kernels.hpp>
 #include <lightmesh/light_table.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/linked.hpp>
 #include <lightmesh/long_test.hpp>
 #include <lightmesh/neighbours.hpp>
 #include <lightmesh/settings.hpp>
@@ -90,6 +91,7 @@ public:
         });
         sum.long_tests = state_->long_tests.load(std::memory_order_relaxed);
         sum.long_rays = state_->long_rays.load(std::memory_order_relaxed);
+        sum.link_rays = state_->link_rays.load(std::memory_order_relaxed);
         sum.bytes = state_->bricks.bytes() + sizeof *this + lights_.bytes();
         return sum;
     }
@@ -103,10 +105,16 @@ private:
         detail::BrickMap bricks;
         std::atomic<std::uint64_t> long_tests{0};
         std::atomic<std::uint64_t> long_rays{0};
+        std::atomic<std::uint64_t> link_rays{0};
     };
 
     /// Finds the units in `missing` (see `BrickTile`) by long tests and stores them.
     void fill(detail::Brick& brick, std::size_t tile, std::uint64_t missing) const;
+
+    void fill_links(detail::Brick& brick, std::uint32_t missing) const {
+        state_->link_rays.fetch_add(detail::fill_links(tracer_, grid_, brick, missing),
+                                    std::memory_order_relaxed);
+    }
 
     [[noreturn]] void throw_no_such_light(std::size_t light) const {
         throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) + "; the mesh has " +
@@ -142,7 +150,9 @@ public:
         if (!lights_.reaches(light, point_, normal_))
             return 0.0f;
         find_neighbours();
-        if (mesh_.settings_.short_test == ShortTest::exact) {
+        if (mesh_.settings_.short_test == ShortTest::linked) {
+            link_neighbours();
+        } else if (mesh_.settings_.short_test == ShortTest::exact) {
             const int lit = count_lit(light);
             const bool agree = lit == 0 || lit == neighbours_.point_count();
             if (agree && sees_any_neighbour())
@@ -160,7 +170,13 @@ public:
     void all(const glm::vec3& point, const glm::vec3& normal, std::span<float> values) {
         if (!begin(point, normal)) {
             std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
-        } else if (find_neighbours(); mesh_.settings_.short_test != ShortTest::exact) {
+            return;
+        }
+        find_neighbours();
+        if (mesh_.settings_.short_test == ShortTest::none) {
+            average(values);
+        } else if (mesh_.settings_.short_test == ShortTest::linked) {
+            link_neighbours();
             average(values);
         } else if (average(values) && sees_any_neighbour()) {
             // Every light is seen by all neighbours or by none: which of them P sees does not matter.
@@ -182,8 +198,34 @@ private:
     }
 
     void find_neighbours() {
-        const detail::Hemisphere hemisphere(mesh_.grid_, point_, normal_);
-        neighbours_.template find<Kernel>(hemisphere, mesh_.state_->bricks);
+        hemisphere_ = detail::Hemisphere(mesh_.grid_, point_, normal_);
+        neighbours_.template find<Kernel>(hemisphere_, mesh_.state_->bricks);
+    }
+
+    /// The short test over links.
+    void link_neighbours() {
+        for (const detail::BrickPoints& entry : neighbours_.entries()) {
+            const std::uint32_t missing = detail::cell_bits(entry.points) & ~entry.brick->links().known();
+            if (missing != 0) [[unlikely]]
+                mesh_.fill_links(*entry.brick, missing);
+        }
+        detail::LinkedNeighbours linked(neighbours_, hemisphere_);
+        const glm::vec3 end = surface_end();
+        for (const glm::ivec3& corner : detail::corners_around(mesh_.grid_.locate(point_))) {
+            if (!linked.contains(corner))
+                continue;
+            if (spent_ != nullptr)
+                ++spent_->short_rays;
+            if (mesh_.tracer_.occluded(Segment{end, mesh_.grid_.position(corner)}))
+                continue;
+            if (linked.all_linked())
+                return;
+            linked.flood(corner);
+            neighbours_.narrow(
+                [&](const detail::BrickPoints& entry) { return linked.reached(*entry.brick); });
+            return;
+        }
+        neighbours_.clear();
     }
 
     /// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
@@ -359,6 +401,7 @@ private:
     QueryStatistics* spent_;
     glm::vec3 point_{0.0f};
     glm::vec3 normal_{0.0f};
+    detail::Hemisphere hemisphere_;
     detail::Neighbours neighbours_;
 };
 

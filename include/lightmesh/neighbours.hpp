@@ -48,6 +48,11 @@ public:
     /// m of equation (3).
     int point_count() const { return point_count_; }
 
+    void clear() {
+        size_ = 0;
+        point_count_ = 0;
+    }
+
     /// Removes light points: keep(entry) returns those of an entry that stay.
     template <class Keep>
     void narrow(Keep&& keep) {
