@@ -172,8 +172,13 @@ public:
             std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
             return;
         }
+        const bool short_tests = mesh_.settings_.short_test != ShortTest::none;
+        if (short_tests && !any_light_reaches()) {
+            std::ranges::fill(values, 0.0f);
+            return;
+        }
         find_neighbours();
-        if (mesh_.settings_.short_test == ShortTest::none) {
+        if (!short_tests || neighbours_.point_count() == 0) {
             average(values);
         } else if (mesh_.settings_.short_test == ShortTest::linked) {
             link_neighbours();
@@ -192,9 +197,22 @@ private:
     bool begin(const glm::vec3& point, const glm::vec3& normal) {
         if (spent_ != nullptr)
             ++spent_->points;
+        if (!detail::is_finite(point) || !detail::is_finite(normal))
+            return false;
+        mesh_.grid_.locate(point);  // Throws, also where no light reaches.
         point_ = point;
         normal_ = detail::unit_or_zero(normal);
-        return detail::is_finite(point) && detail::is_finite(normal);
+        return true;
+    }
+
+    bool any_light_reaches() const {
+        for (std::size_t t = 0; t < lights_.tile_count(); ++t) {
+            Reaching reaching;
+            lights_.find_reaching(t, point_, normal_, reaching.data());
+            if (groups_with_any(reaching) != 0)
+                return true;
+        }
+        return false;
     }
 
     void find_neighbours() {
