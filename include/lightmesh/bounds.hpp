@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace lightmesh {
+
+/// An axis-aligned box in world units, its faces included.
+struct Bounds {
+    glm::vec3 low{0.0f};
+    glm::vec3 high{0.0f};
+};
+
+}  // namespace lightmesh
