@@ -45,9 +45,9 @@ public:
     /// Which units are there.
     std::uint64_t known() const { return known_.load(std::memory_order_acquire); }
 
-    /// The bytes of a cell's lights; only those of known units may be read.
-    const std::uint8_t* row(int cell, int groups) const {
-        return reinterpret_cast<const std::uint8_t*>(units_.load(std::memory_order_relaxed) + cell * groups);
+    /// The bytes of the lights, cell by cell, 8 * groups a cell; only those of known units may be read.
+    const std::uint8_t* rows() const {
+        return reinterpret_cast<const std::uint8_t*>(units_.load(std::memory_order_relaxed));
     }
 
     bool has_storage() const { return units_.load(std::memory_order_acquire) != nullptr; }

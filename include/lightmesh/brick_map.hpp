@@ -29,11 +29,14 @@ public:
     std::uint64_t key() const { return key_; }
 
     /// The brick of a place within the region, or null. `place` counts bricks, from anywhere.
-    Brick* find(const glm::ivec3& place) const {
-        return bricks_[slot(place)].load(std::memory_order_acquire);
-    }
+    Brick* find(const glm::ivec3& place) const { return find_in_slot(slot(place)); }
+    Brick* find_in_slot(std::size_t slot) const { return bricks_[slot].load(std::memory_order_acquire); }
     void set(const glm::ivec3& place, Brick* brick) {
         bricks_[slot(place)].store(brick, std::memory_order_release);
+    }
+
+    static std::size_t slot(const glm::ivec3& p) {
+        return static_cast<std::size_t>((p.x & 7) | (p.y & 7) << 3 | (p.z & 7) << 6);
     }
 
     template <class Visitor>
@@ -44,10 +47,6 @@ public:
     }
 
 private:
-    static std::size_t slot(const glm::ivec3& p) {
-        return static_cast<std::size_t>((p.x & 7) | (p.y & 7) << 3 | (p.z & 7) << 6);
-    }
-
     glm::ivec3 place_;
     std::uint64_t key_;
     std::array<std::atomic<Brick*>, region_side * region_side * region_side> bricks_{};

@@ -66,6 +66,10 @@ struct DepthView {
         return {eye, glm::normalize(way)};
     }
 
+    /// clip_from_world for positions relative to the eye: clip = clip_from_eye() * vec4(world - eye, 1). The
+    /// more precise way for a light far from the origin.
+    glm::mat4 clip_from_eye() const;
+
     /// The distance that belongs to a value of the depth buffer: +infinity for 0, which is nothing.
     float distance(int column, int row, float depth) const {
         if (!(depth > 0.0f))
@@ -80,10 +84,9 @@ struct DepthView {
 
 namespace detail {
 
-/// The matrix that belongs to the other members of a view. In double, since it holds products of eye and
-/// axes.
-inline glm::mat4 clip_from_world(const DepthView& view) {
-    const glm::dvec3 eye(view.eye);
+/// The matrix that belongs to the other members of a view, for positions relative to `origin`.
+inline glm::mat4 clip_matrix(const DepthView& view, const glm::dvec3& origin) {
+    const glm::dvec3 eye = glm::dvec3(view.eye) - origin;
     const glm::dvec3 right =
         glm::dvec3(view.right) / glm::dot(glm::dvec3(view.right), glm::dvec3(view.right));
     const glm::dvec3 down = glm::dvec3(view.down) / glm::dot(glm::dvec3(view.down), glm::dvec3(view.down));
@@ -92,13 +95,13 @@ inline glm::mat4 clip_from_world(const DepthView& view) {
     const double z_far = static_cast<double>(view.z_far);
     const double scale = 1.0 / (z_far - z_near);
     const glm::dvec3 depth = -forward * (view.orthographic ? scale : z_near * scale);
-    const double at_eye = view.orthographic ? z_far * scale : z_near * z_far * scale;
+    const double depth_at_eye = view.orthographic ? z_far * scale : z_near * z_far * scale;
 
-    const auto row = [&](const glm::dvec3& axis, double constant) {
-        return glm::dvec4(axis, constant - glm::dot(axis, eye));
+    const auto row = [&](const glm::dvec3& axis, double at_eye) {
+        return glm::dvec4(axis, at_eye - glm::dot(axis, eye));
     };
     const glm::dvec4 w = view.orthographic ? glm::dvec4(0.0, 0.0, 0.0, 1.0) : row(forward, 0.0);
-    const glm::dvec4 rows[4] = {row(right, 0.0), row(down, 0.0), row(depth, at_eye), w};
+    const glm::dvec4 rows[4] = {row(right, 0.0), row(down, 0.0), row(depth, depth_at_eye), w};
     glm::mat4 matrix(0.0f);
     for (int r = 0; r < 4; ++r)
         for (int c = 0; c < 4; ++c)
@@ -107,4 +110,9 @@ inline glm::mat4 clip_from_world(const DepthView& view) {
 }
 
 }  // namespace detail
+
+inline glm::mat4 DepthView::clip_from_eye() const {
+    return detail::clip_matrix(*this, glm::dvec3(eye));
+}
+
 }  // namespace lightmesh

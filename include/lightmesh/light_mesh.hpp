@@ -24,6 +24,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -216,8 +217,8 @@ private:
     }
 
     void find_neighbours() {
-        hemisphere_ = detail::Hemisphere(mesh_.grid_, point_, normal_);
-        neighbours_.template find<Kernel>(hemisphere_, mesh_.state_->bricks);
+        hemisphere_.emplace(mesh_.grid_, point_, normal_);
+        neighbours_.template find<Kernel>(*hemisphere_, mesh_.state_->bricks);
     }
 
     /// The short test over links.
@@ -227,9 +228,9 @@ private:
             if (missing != 0) [[unlikely]]
                 mesh_.fill_links(*entry.brick, missing);
         }
-        detail::LinkedNeighbours linked(neighbours_, hemisphere_);
+        detail::LinkedNeighbours linked(neighbours_, *hemisphere_);
         const glm::vec3 end = surface_end();
-        for (const glm::ivec3& corner : detail::corners_around(mesh_.grid_.locate(point_))) {
+        for (const glm::ivec3& corner : detail::corners_around(hemisphere_->place())) {
             if (!linked.contains(corner))
                 continue;
             if (spent_ != nullptr)
@@ -307,13 +308,20 @@ private:
         const std::uint32_t groups = groups_with_any(reaching);
         alignas(64) std::array<std::uint16_t, detail::lights_per_tile> lit{};
         if (groups != 0)
-            count_lit(tile, groups, lit.data());
-        int mixed = 0;
+            add_lit(tile, groups, lit.data());
+        // Plain loops of fixed length, for the sake of vector instructions.
+        std::uint32_t mixed = 0;
+        for (std::size_t l = 0; l < lit.size(); ++l) {
+            lit[l] = static_cast<std::uint16_t>(lit[l] & -reaching[l]);
+            mixed |= static_cast<std::uint32_t>(lit[l]) * (static_cast<std::uint32_t>(count) - lit[l]);
+        }
         const auto whole = static_cast<float>(count);
-        for (std::size_t l = 0; l < values.size(); ++l) {
-            const int reached = reaching[l] != 0 ? lit[l] : 0;
-            values[l] = static_cast<float>(reached) / whole;
-            mixed |= static_cast<int>(reached != 0) & static_cast<int>(reached != count);
+        if (values.size() == lit.size()) {
+            for (std::size_t l = 0; l < lit.size(); ++l)
+                values[l] = static_cast<float>(lit[l]) / whole;
+        } else {
+            for (std::size_t l = 0; l < values.size(); ++l)
+                values[l] = static_cast<float>(lit[l]) / whole;
         }
         return mixed == 0;
     }
@@ -328,48 +336,43 @@ private:
         return groups;
     }
 
-    /// lit[l] = number of neighbours that see light l of the tile, for the groups of lights in the mask.
-    void count_lit(std::size_t tile, std::uint32_t groups, std::uint16_t* lit) {
+    /// Adds to lit[l] the number of neighbours that see light l of the tile, for the groups of lights in the
+    /// mask.
+    void add_lit(std::size_t tile, std::uint32_t groups, std::uint16_t* lit) {
         constexpr int capacity = 256;
         std::array<detail::CellRow, capacity + detail::cells_per_brick> rows;
         int size = 0;
-        const int stride = lights_.tile_groups(tile);
-        const auto flush = [&] {
-            std::array<std::uint16_t, detail::lights_per_tile> more;
-            Kernel::count_lit(rows.data(), size, groups, more.data());
-            for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
-                const auto first = 8 * static_cast<std::size_t>(std::countr_zero(rest));
-                for (std::size_t l = first; l < first + 8; ++l)
-                    lit[l] = static_cast<std::uint16_t>(lit[l] + more[l]);
-            }
-            size = 0;
-        };
+        const auto stride = static_cast<std::size_t>(lights_.tile_groups(tile));
         for (const detail::BrickPoints& entry : neighbours_.entries()) {
-            const detail::BrickTile& known = known_tile(entry, tile, groups);
-            for (std::uint64_t rest = entry.points; rest != 0;) {
-                const int cell = std::countr_zero(rest) / 8;
-                const auto points = static_cast<std::uint8_t>(rest >> (8 * cell));
-                rows[static_cast<std::size_t>(size++)] = {known.row(cell, stride), points};
-                rest &= ~(std::uint64_t{0xff} << (8 * cell));
+            const std::uint8_t* lit_in_brick = known_tile(entry, tile, groups).rows();
+            std::uint64_t cells = detail::cells_in(entry.points) & detail::every_byte;
+            for (; cells != 0; cells &= cells - 1) {
+                const auto first =
+                    static_cast<std::size_t>(std::countr_zero(cells));  // bit, and byte of 8 lights
+                rows[static_cast<std::size_t>(size++)] = {lit_in_brick + first * stride,
+                                                          static_cast<std::uint8_t>(entry.points >> first)};
             }
-            if (size > capacity)
-                flush();
+            if (size > capacity) {
+                Kernel::add_lit(rows.data(), size, groups, lit);
+                size = 0;
+            }
         }
-        flush();
+        Kernel::add_lit(rows.data(), size, groups, lit);
     }
 
     /// The number of neighbours that see one light.
     int count_lit(std::size_t light) {
         const std::size_t tile = light / detail::lights_per_tile;
         const std::size_t place = light % detail::lights_per_tile;
-        const int stride = lights_.tile_groups(tile);
+        const auto stride = static_cast<std::size_t>(8 * lights_.tile_groups(tile));
         int lit = 0;
         for (const detail::BrickPoints& entry : neighbours_.entries()) {
-            const detail::BrickTile& known = known_tile(entry, tile, 1u << (place / 8));
-            for (int cell = 0; cell < detail::cells_per_brick; ++cell) {
+            const std::uint8_t* lit_in_brick = known_tile(entry, tile, 1u << (place / 8)).rows();
+            for (std::size_t cell = 0; cell < detail::cells_per_brick; ++cell) {
                 const auto points = static_cast<std::uint8_t>(entry.points >> (8 * cell));
-                if (points != 0)
-                    lit += std::popcount(static_cast<std::uint8_t>(known.row(cell, stride)[place] & points));
+                if (points == 0)
+                    continue;
+                lit += std::popcount(static_cast<std::uint8_t>(lit_in_brick[cell * stride + place] & points));
             }
         }
         return lit;
@@ -419,7 +422,7 @@ private:
     QueryStatistics* spent_;
     glm::vec3 point_{0.0f};
     glm::vec3 normal_{0.0f};
-    detail::Hemisphere hemisphere_;
+    std::optional<detail::Hemisphere> hemisphere_;
     detail::Neighbours neighbours_;
 };
 

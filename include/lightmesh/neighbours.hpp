@@ -32,13 +32,22 @@ public:
     /// The hemisphere neighbours; makes the bricks that are missing.
     template <class Kernel>
     void find(const Hemisphere& hemisphere, BrickMap& bricks) {
-        RegionWindow window(hemisphere, bricks);
+        RegionWindow regions(hemisphere, bricks);
+        const glm::ivec3 first = hemisphere.first_brick();
+        const int columns = hemisphere.bricks().x;
         size_ = 0;
         point_count_ = 0;
-        hemisphere.for_each_brick<Kernel>([&](const glm::ivec3& brick, std::uint64_t points) {
-            const glm::ivec3 place = hemisphere.first_brick() + brick;
-            entries_[size_++] = {&window.brick(place, bricks), points};
-            point_count_ += std::popcount(points);
+        hemisphere.for_each_row<Kernel>([&](int y, int z, const std::uint64_t* masks) {
+            const RegionWindow::Row row = regions.row(first.y + y, first.z + z);
+            for (int x = 0; x < columns; ++x) {
+                if (masks[x] == 0)
+                    continue;
+                Brick* brick = row.find(first.x + x);
+                if (brick == nullptr) [[unlikely]]
+                    brick = &regions.make_brick({first.x + x, first.y + y, first.z + z}, bricks);
+                entries_[size_++] = {brick, masks[x]};
+                point_count_ += std::popcount(masks[x]);
+            }
         });
     }
 
@@ -72,26 +81,33 @@ private:
     /// The regions that a hemisphere touches, each looked up once.
     class RegionWindow {
     public:
-        RegionWindow(const Hemisphere& hemisphere, const BrickMap& bricks) {
-            const glm::ivec3 first = hemisphere.first_brick();
-            const glm::ivec3 last = first + hemisphere.bricks() - 1;
-            first_ = region_of(first);
-            const glm::ivec3 end = region_of(last);
-            for (int z = first_.z; z <= end.z; ++z)
-                for (int y = first_.y; y <= end.y; ++y)
-                    for (int x = first_.x; x <= end.x; ++x)
+        RegionWindow(const Hemisphere& hemisphere, const BrickMap& bricks)
+            : first_(region_of(hemisphere.first_brick())) {
+            const glm::ivec3 last = region_of(hemisphere.first_brick() + hemisphere.bricks() - 1);
+            for (int z = first_.z; z <= last.z; ++z)
+                for (int y = first_.y; y <= last.y; ++y)
+                    for (int x = first_.x; x <= last.x; ++x)
                         at({x, y, z}) = bricks.find_region({x, y, z});
         }
 
-        Brick& brick(const glm::ivec3& place, BrickMap& bricks) {
-            Region*& region = at(region_of(place));
-            if (region != nullptr) {
-                if (Brick* found = region->find(place))
-                    return *found;
+        /// The bricks along x at one y and z.
+        struct Row {
+            Region* const* regions;
+            int first_region;
+            std::size_t slot;
+
+            Brick* find(int x) const {
+                const Region* region = regions[(x >> 3) - first_region];
+                return region != nullptr ? region->find_in_slot(slot | static_cast<std::size_t>(x & 7))
+                                         : nullptr;
             }
+        };
+
+        Row row(int y, int z) { return {&at({first_.x, y >> 3, z >> 3}), first_.x, Region::slot({0, y, z})}; }
+
+        Brick& make_brick(const glm::ivec3& place, BrickMap& bricks) {
             Brick& made = bricks.make_brick(place);
-            if (region == nullptr)
-                region = bricks.find_region(region_of(place));
+            at(region_of(place)) = bricks.find_region(region_of(place));
             return made;
         }
 
@@ -107,7 +123,7 @@ private:
             return regions_[static_cast<std::size_t>(p.x + side * (p.y + side * p.z))];
         }
 
-        glm::ivec3 first_{0};
+        glm::ivec3 first_;
         std::array<Region*, side * side * side> regions_;
     };
 

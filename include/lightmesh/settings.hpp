@@ -13,7 +13,7 @@ enum class ShortTest {
              ///< thinner than r.
     linked,  ///< One ray to the nearest visible light point, and from there over cached links between light
              ///< points. Nearly as fast as none and nearly as tight as exact.
-    exact,  ///< One ray of the `Intersector` per neighbour, where it can change the result.
+    exact,   ///< One ray of the `Intersector` per neighbour, where it can change the result.
 };
 
 /// What a user chooses for a light mesh.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace lightmesh::detail {
 
@@ -26,6 +27,12 @@ inline float largest_component(const glm::vec3& v) {
 inline glm::vec3 unit_or_zero(const glm::vec3& v) {
     const float largest = largest_component(v);
     return largest > 0.0f ? glm::normalize(v / largest) : glm::vec3(0.0f);
+}
+
+/// floor(v), for values that fit; without std::floor, which is a call on targets that lack the instruction.
+inline std::int32_t floor_to_int(double v) {
+    const auto truncated = static_cast<std::int32_t>(v);
+    return truncated - static_cast<std::int32_t>(static_cast<double>(truncated) > v);
 }
 
 }  // namespace lightmesh::detail

@@ -12,37 +12,40 @@ namespace lightmesh::detail {
 
 /// 16 light points, or 64 lights, at a time.
 struct Avx512Kernel {
-    static std::uint64_t brick_mask(const AxisEntries& square, const AxisEntries& height,
-                                    std::int32_t radius_squared, std::int32_t lowest_height) {
-        const __m512i radius = _mm512_set1_epi32(radius_squared);
-        const __m512i lowest = _mm512_set1_epi32(lowest_height);
-        const __m512i square_x = along_x(square[0]);
-        const __m512i height_x = along_x(height[0]);
-        __m512i square_xy[2];
-        __m512i height_xy[2];
-        for (int y = 0; y < 2; ++y) {
-            square_xy[y] = _mm512_add_epi32(square_x, along_y(square[1] + 2 * y));
-            height_xy[y] = _mm512_add_epi32(height_x, along_y(height[1] + 2 * y));
-        }
-        std::uint64_t mask = 0;
+    static void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
+                          std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
+        // What y and z leave for x, in the four pairs of cells that a brick has over (y, z).
+        __m512i square_left[4];
+        __m512i height_left[4];
         for (int z = 0; z < 2; ++z) {
-            const __m512i square_z = along_z(square[2] + 2 * z);
-            const __m512i height_z = along_z(height[2] + 2 * z);
+            const __m512i radius =
+                _mm512_sub_epi32(_mm512_set1_epi32(radius_squared), along_z(square[2] + 2 * z));
+            const __m512i lowest =
+                _mm512_sub_epi32(_mm512_set1_epi32(lowest_height), along_z(height[2] + 2 * z));
             for (int y = 0; y < 2; ++y) {
-                const __mmask16 in_ball =
-                    _mm512_cmplt_epi32_mask(_mm512_add_epi32(square_xy[y], square_z), radius);
-                const __mmask16 inside =
-                    _mm512_mask_cmpgt_epi32_mask(in_ball, _mm512_add_epi32(height_xy[y], height_z), lowest);
-                mask |= static_cast<std::uint64_t>(inside) << (16 * y + 32 * z);
+                square_left[2 * z + y] = _mm512_sub_epi32(radius, along_y(square[1] + 2 * y));
+                height_left[2 * z + y] = _mm512_sub_epi32(lowest, along_y(height[1] + 2 * y));
             }
         }
-        return mask;
+        for (int b = 0; b < bricks; ++b) {
+            const __m512i square_x = along_x(square[0] + 4 * b);
+            const __m512i height_x = along_x(height[0] + 4 * b);
+            __mmask16 inside[4];
+            for (int yz = 0; yz < 4; ++yz)
+                inside[yz] = _mm512_mask_cmpgt_epi32_mask(_mm512_cmplt_epi32_mask(square_x, square_left[yz]),
+                                                          height_x, height_left[yz]);
+            const __mmask32 low = _mm512_kunpackw(inside[1], inside[0]);
+            const __mmask32 high = _mm512_kunpackw(inside[3], inside[2]);
+            masks[b] = _cvtmask64_u64(_mm512_kunpackd(high, low));
+        }
     }
 
-    static void count_lit(const CellRow* rows, int row_count, std::uint32_t groups, std::uint16_t* counts) {
+    static void add_lit(const CellRow* rows, int row_count, std::uint32_t groups, std::uint16_t* counts) {
         const __mmask64 lights = bytes_of(groups);
-        __m512i low = _mm512_setzero_si512();
-        __m512i high = _mm512_setzero_si512();
+        const auto low_lights = static_cast<__mmask32>(lights);
+        const auto high_lights = static_cast<__mmask32>(lights >> 32);
+        __m512i low = _mm512_maskz_loadu_epi16(low_lights, counts);
+        __m512i high = _mm512_maskz_loadu_epi16(high_lights, counts + 32);
         constexpr int rows_per_flush = 31;
         for (int first = 0; first < row_count; first += rows_per_flush) {
             const int last = first + rows_per_flush < row_count ? first + rows_per_flush : row_count;
@@ -56,8 +59,8 @@ struct Avx512Kernel {
             high =
                 _mm512_add_epi16(high, _mm512_cvtepu8_epi16(_mm512_maskz_extracti64x4_epi64(0xf, sums, 1)));
         }
-        _mm512_mask_storeu_epi16(counts, static_cast<__mmask32>(lights), low);
-        _mm512_mask_storeu_epi16(counts + 32, static_cast<__mmask32>(lights >> 32), high);
+        _mm512_mask_storeu_epi16(counts, low_lights, low);
+        _mm512_mask_storeu_epi16(counts + 32, high_lights, high);
     }
 
 private:

@@ -22,8 +22,28 @@ struct CellRow {
 };
 
 struct PortableKernel {
-    /// The light points of a brick whose squared distance is less than `radius_squared` and whose height is
-    /// greater than `lowest_height`; bits as in `bit_of`.
+    /// For a row of bricks along x, masks[b] = the light points of brick b whose squared distance is less
+    /// than `radius_squared` and whose height is greater than `lowest_height`; bits as in `bit_of`. The
+    /// entries for x are those of the whole row, those for y and z those of its bricks.
+    static void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
+                          std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
+        for (int b = 0; b < bricks; ++b)
+            masks[b] = brick_mask({square[0] + 4 * b, square[1], square[2]},
+                                  {height[0] + 4 * b, height[1], height[2]}, radius_squared, lowest_height);
+    }
+
+    /// Adds to counts[l] the number of lit light points of light l, over all rows, for the lights of the
+    /// groups of 8 in the bit mask `groups`; the bytes of other groups are not read and their counts stay.
+    static void add_lit(const CellRow* rows, int row_count, std::uint32_t groups, std::uint16_t* counts) {
+        if (groups == 0xff)
+            add_lit_groups<8>(rows, row_count, 0, counts);
+        else
+            for (; groups != 0; groups &= groups - 1)
+                add_lit_groups<1>(rows, row_count, static_cast<std::size_t>(std::countr_zero(groups)),
+                                  counts);
+    }
+
+private:
     static std::uint64_t brick_mask(const AxisEntries& square, const AxisEntries& height,
                                     std::int32_t radius_squared, std::int32_t lowest_height) {
         std::uint64_t mask = 0;
@@ -45,21 +65,8 @@ struct PortableKernel {
         return mask;
     }
 
-    /// counts[l] = number of lit light points of light l, over all rows, for the lights of the groups of 8 in
-    /// the bit mask `groups`; the bytes of other groups are not read and their counts are not set.
-    static void count_lit(const CellRow* rows, int row_count, std::uint32_t groups, std::uint16_t* counts) {
-        if (groups == 0xff)
-            count_lit_groups<8>(rows, row_count, 0, counts);
-        else
-            for (; groups != 0; groups &= groups - 1)
-                count_lit_groups<1>(rows, row_count, static_cast<std::size_t>(std::countr_zero(groups)),
-                                    counts);
-    }
-
-private:
     template <std::size_t Groups>
-    static void count_lit_groups(const CellRow* rows, int row_count, std::size_t group,
-                                 std::uint16_t* counts) {
+    static void add_lit_groups(const CellRow* rows, int row_count, std::size_t group, std::uint16_t* counts) {
         counts += 8 * group;
         for (std::size_t i = 0; i < 8 * Groups; ++i)
             counts[i] = 0;
