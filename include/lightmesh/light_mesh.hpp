@@ -230,7 +230,7 @@ private:
         }
         detail::LinkedNeighbours linked(neighbours_, *hemisphere_);
         const glm::vec3 end = surface_end();
-        for (const glm::ivec3& corner : detail::corners_around(hemisphere_->place())) {
+        for (const glm::ivec3& corner : detail::light_points_around(mesh_.grid_, point_, normal_)) {
             if (!linked.contains(corner))
                 continue;
             if (spent_ != nullptr)

@@ -5,6 +5,7 @@
 #include <lightmesh/grid.hpp>
 #include <lightmesh/neighbours.hpp>
 #include <lightmesh/trace.hpp>
+#include <lightmesh/vectors.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -19,7 +20,8 @@
 
 /// The linked short test. A link is the bit "the segment between two neighbouring light points is open"; it
 /// depends on neither P nor lights nor camera. P itself tests one light point by a ray, the nearest it can
-/// see; what can be reached from there over open links, without leaving the hemisphere, counts as visible.
+/// see; what can be reached from there over open links, without leaving the hemisphere, counts as visible. If no
+/// link inside the hemisphere is blocked, all of it does.
 
 namespace lightmesh::detail {
 
@@ -81,7 +83,7 @@ public:
                (points_[i] >> bit_of(index.x & 3, index.y & 3, index.z & 3) & 1) != 0;
     }
 
-    /// Whether all neighbouring light points of the hemisphere are linked: then each reaches all others.
+    /// Whether all neighbouring light points of the hemisphere are linked.
     bool all_linked() const { return !(any_blocked<0>() || any_blocked<1>() || any_blocked<2>()); }
 
     /// Finds what can be reached from a light point.
@@ -192,22 +194,29 @@ std::uint64_t fill_links(const Tracer& tracer, const Grid& grid, Brick& brick, s
     return rays;
 }
 
-/// The corners of the grid cube that holds a place, nearest first. `place` in steps (see `Grid::locate`).
-inline std::array<glm::ivec3, 8> corners_around(const glm::dvec3& place) {
+/// The light points that a surface point may test by a ray: the corners of the grid cube that holds a place
+/// just in front of it, nearest first. In front by more than the tie rule of `Hemisphere` asks for, so that the
+/// cube of a wall on a grid plane is the one before it, not the one behind.
+inline std::array<glm::ivec3, 8> light_points_around(const Grid& grid, const glm::vec3& point,
+                                                     const glm::vec3& unit_normal) {
+    const double rounding = static_cast<double>(largest_component(point)) * 0x1p-20 / grid.step();
+    const glm::dvec3 place = grid.locate(point) + (0x1p-8 + rounding) * glm::dvec3(unit_normal);
     const glm::ivec3 low(static_cast<int>(std::floor(place.x)), static_cast<int>(std::floor(place.y)),
                          static_cast<int>(std::floor(place.z)));
     const glm::dvec3 fraction = place - glm::dvec3(low);
-    std::array<std::pair<float, glm::ivec3>, 8> corners;
-    for (int c = 0; c < 8; ++c) {
-        const glm::ivec3 step(c & 1, c >> 1 & 1, c >> 2);
-        const glm::dvec3 way = glm::dvec3(step) - fraction;
-        corners[static_cast<std::size_t>(c)] = {
-            static_cast<float>(way.x * way.x + way.y * way.y + way.z * way.z), low + step};
+    // Distances are not negative: their bits are in the same order as they. The corner's number breaks ties.
+    std::array<std::uint64_t, 8> keys;
+    for (std::uint32_t c = 0; c < 8; ++c) {
+        const glm::dvec3 way = glm::dvec3(c & 1, c >> 1 & 1, c >> 2) - fraction;
+        const auto distance = static_cast<float>(way.x * way.x + way.y * way.y + way.z * way.z);
+        keys[c] = std::uint64_t{std::bit_cast<std::uint32_t>(distance)} << 3 | c;
     }
-    std::ranges::stable_sort(corners, {}, &std::pair<float, glm::ivec3>::first);
+    std::ranges::sort(keys);
     std::array<glm::ivec3, 8> nearest_first;
-    for (std::size_t c = 0; c < 8; ++c)
-        nearest_first[c] = corners[c].second;
+    for (std::size_t i = 0; i < 8; ++i) {
+        const auto c = static_cast<int>(keys[i] & 7);
+        nearest_first[i] = low + glm::ivec3(c & 1, c >> 1 & 1, c >> 2);
+    }
     return nearest_first;
 }
 
