@@ -81,7 +81,7 @@ public:
             check_bounds(*settings.scene_bounds, name);
         std::visit([&](const auto& kind) { add_views(kind, settings, name); }, light);
         for (DepthView& view : views_)
-            view.clip_from_world = clip_from_world(view);
+            view.clip_from_world = clip_matrix(view, glm::dvec3(0.0));
     }
 
     std::size_t size() const { return views_.size(); }
