@@ -68,8 +68,6 @@ private:
     template <std::size_t Groups>
     static void add_lit_groups(const CellRow* rows, int row_count, std::size_t group, std::uint16_t* counts) {
         counts += 8 * group;
-        for (std::size_t i = 0; i < 8 * Groups; ++i)
-            counts[i] = 0;
         // A byte holds at most 255, and a row adds at most 8.
         constexpr int rows_per_flush = 31;
         for (int first = 0; first < row_count; first += rows_per_flush) {
