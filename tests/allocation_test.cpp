@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "plain.hpp"
+#include "random_scene.hpp"
+
+#include <lightmesh/light_mesh.hpp>
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+// A query on a filled mesh allocates nothing. This file replaces the global operator new of its program.
+
+namespace {
+
+std::atomic<std::size_t> allocations{0};
+
+void* counted(std::size_t size) {
+    allocations.fetch_add(1, std::memory_order_relaxed);
+    if (void* memory = std::malloc(size > 0 ? size : 1))
+        return memory;
+    throw std::bad_alloc();
+}
+
+void* counted(std::size_t size, std::align_val_t alignment) {
+    allocations.fetch_add(1, std::memory_order_relaxed);
+    const auto line = static_cast<std::size_t>(alignment);
+    if (void* memory = std::aligned_alloc(line, (size + line - 1) / line * line))
+        return memory;
+    throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+    return counted(size);
+}
+void* operator new[](std::size_t size) {
+    return counted(size);
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+    return counted(size, alignment);
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+    return counted(size, alignment);
+}
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+    std::free(memory);
+}
+void operator delete[](void* memory, std::align_val_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+    std::free(memory);
+}
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
+    std::free(memory);
+}
+
+namespace {
+
+std::size_t allocations_of_a_pass(const auto& mesh, const std::vector<test::SurfacePoint>& points,
+                                  std::vector<float>& all) {
+    const std::size_t before = allocations.load();
+    float sum = 0.0f;
+    for (const test::SurfacePoint& p : points) {
+        mesh.visibility(p.position, p.normal, std::span<float>{all});
+        sum += mesh.visibility(p.position, p.normal, std::size_t{0});
+        lightmesh::QueryStatistics spent;
+        mesh.visibility(p.position, p.normal, std::span<float>{all}, &spent);
+    }
+    const std::size_t made = allocations.load() - before;
+    CHECK(sum >= 0.0f);
+    return made;
+}
+
+}  // namespace
+
+TEST_CASE("a warm query allocates nothing") {
+    test::Random random(31);
+    const auto scene = test::boxes_on_floor(random, 3);
+    const auto lights = test::random_lights(random, 80);
+    auto points = test::surface_points(random, scene, 60);
+    points.push_back({{0, 0, 0}, {0, 0, 0}});  // m = 0
+    std::vector<float> all(lights.size());
+    for (const lightmesh::ShortTest short_test : test::all_short_tests) {
+        for (const float quality : {2.0f, 7.0f}) {
+            lightmesh::Settings settings;
+            settings.radius = 0.7f;
+            settings.quality = quality;
+            settings.short_test = short_test;
+            const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights, settings};
+            CHECK(allocations_of_a_pass(mesh, points, all) > 0);  // Cold: the counter works.
+            CHECK(allocations_of_a_pass(mesh, points, all) == 0);
+        }
+    }
+}
