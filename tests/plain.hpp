@@ -32,7 +32,7 @@ namespace test {
 using Vec = glm::dvec3;
 
 using lightmesh::ShortTest;
-constexpr std::array all_short_tests{ShortTest::exact, ShortTest::linked, ShortTest::none};
+inline constexpr std::array all_short_tests{ShortTest::exact, ShortTest::linked, ShortTest::none};
 
 struct Triangle {
     Vec a, b, c;
