@@ -450,7 +450,7 @@ void furnish(Rooms& rooms, int column, int row) {
 void build_floors(Rooms& rooms) {
     rooms.mesh.place({0, 0, 0});
     rooms.mesh.use(rooms.materials.ground);
-    rooms.mesh.box({-60, -60, -0.3f}, {60, 60, -0.1f});
+    rooms.mesh.box({-22, -22, -0.3f}, {22, 22, -0.1f});
     for (int row = 0; row < rooms_per_side; ++row) {
         for (int column = 0; column < rooms_per_side; ++column) {
             rooms.mesh.place(room_middle(column, row));
