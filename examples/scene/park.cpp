@@ -107,8 +107,8 @@ float distance_to_paths(const Park& park, glm::vec2 p) {
 }
 
 void build_ground(Park& park) {
-    constexpr int cells = 100;
-    constexpr float half = 80.0f;
+    constexpr int cells = 92;
+    constexpr float half = 82.0f;
     park.mesh.use(park.materials.grass);
     for (int j = 0; j <= cells; ++j) {
         for (int i = 0; i <= cells; ++i) {
@@ -134,7 +134,7 @@ void build_paths(Park& park) {
         for (std::size_t i = 0; i < path.points().size(); ++i) {
             for (const float across : {path_half_width, 0.0f, -path_half_width}) {
                 const glm::vec2 p = path.points()[i] + across * path.left(i);
-                park.mesh.vertex(park.terrain.on_ground(p, across == 0.0f ? lift + 0.06f : lift),
+                park.mesh.vertex(park.terrain.on_ground(p, across == 0.0f ? lift + 0.02f : lift),
                                  park.terrain.normal(p));
             }
         }
@@ -145,7 +145,7 @@ void build_paths(Park& park) {
                 park.mesh.face(corner, corner + 4, corner + 3);
             }
         }
-        lift += 0.03f;  // paths that cross must not lie in one plane
+        lift += 0.012f;  // paths that cross must not lie in one plane
     }
 }
 
@@ -185,7 +185,7 @@ void build_lamp(Park& park, glm::vec2 place, glm::vec2 towards) {
     mesh.use(park.materials.bulb);
     mesh.ball(lamp - glm::vec3{0, 0, 0.12f}, 0.27f, 1);
     park.scene.lights.push_back(
-        {lightmesh::PointLight{lamp - glm::vec3{0, 0, 0.55f}}, 26.0f * glm::vec3{1.0f, 0.74f, 0.42f}});
+        {lightmesh::PointLight{lamp - glm::vec3{0, 0, 0.55f}}, 34.0f * glm::vec3{1.0f, 0.74f, 0.42f}});
     park.lamps.push_back(place);
 }
 
@@ -196,7 +196,7 @@ bool is_free_for_lamp(const Park& park, glm::vec2 place) {
         }
     }
     return distance_to_paths(park, place) > path_half_width + 0.4f &&
-           glm::length(place - pavilion_place) > 9.0f &&
+           glm::length(place - view_from) > 24.0f && glm::length(place - pavilion_place) > 9.0f &&
            (std::max)(std::abs(place.x), std::abs(place.y)) < 70.0f;
 }
 
@@ -298,16 +298,16 @@ void build_pavilion(Park& park) {
     mesh.use(park.materials.iron);
     mesh.tube({0, 0, 8.7f}, {0, 0, 9.4f}, 0.06f, 0.06f, 4);
     park.scene.lights.push_back(
-        {lightmesh::PointLight{mesh.to_world({0, 0, 7.9f})}, 30.0f * glm::vec3{1.0f, 0.78f, 0.48f}});
+        {lightmesh::PointLight{mesh.to_world({0, 0, 7.9f})}, 38.0f * glm::vec3{1.0f, 0.78f, 0.48f}});
 }
 
-/// How close to the line of sight a point lies, seen in the plan from the camera: trees must leave the view
-/// open.
-bool is_in_view_corridor(glm::vec2 p) {
+/// Trees stand where the camera sees them, but leave the view of the pond open.
+bool is_in_the_picture(glm::vec2 p) {
     const glm::vec2 ahead = glm::normalize(view_to - view_from);
     const float along = glm::dot(p - view_from, ahead);
     const float across = std::abs(glm::dot(p - view_from, glm::vec2{-ahead.y, ahead.x}));
-    return along > -12.0f && along < 62.0f && across < 7.0f + 0.26f * along;
+    const bool before_the_pond = along < 64.0f && across < 7.0f + 0.25f * along;
+    return along > 26.0f && across < 14.0f + 0.52f * along && !before_the_pond;
 }
 
 bool is_free_for_tree(const Park& park, glm::vec2 p, float spacing) {
@@ -322,7 +322,7 @@ bool is_free_for_tree(const Park& park, glm::vec2 p, float spacing) {
         }
     }
     return park.terrain.pond.distance(p) > 1.35f && glm::length(p - pavilion_place) > 12.0f &&
-           distance_to_paths(park, p) > path_half_width + 1.5f && !is_in_view_corridor(p);
+           distance_to_paths(park, p) > path_half_width + 1.5f && is_in_the_picture(p);
 }
 
 void build_tree(Park& park, glm::vec2 place) {
@@ -331,25 +331,30 @@ void build_tree(Park& park, glm::vec2 place) {
     const std::uint32_t kind = park.random.index(20);
     const float height = park.random.uniform(12.5f, 18.0f);
     if (kind < 4) {
-        add_conifer(park.mesh, park.random, m.fir, root, height * 1.15f, 470);
+        add_conifer(park.mesh, park.random, m.fir, root, height * 1.15f, 440);
         return;
     }
     const Foliage& foliage = kind < 9 ? m.oak : kind < 13 ? m.lime : kind < 17 ? m.maple : m.birch;
-    add_broadleaf(park.mesh, park.random, foliage, root, height, 470);
+    add_broadleaf(park.mesh, park.random, foliage, root, height, 440);
 }
 
 void plant_trees(Park& park) {
     constexpr std::size_t goal = 100;
     constexpr int tries = 40000;
-    const std::array<glm::vec2, 3> chosen{glm::vec2{-30.0f, -34.0f}, glm::vec2{31.0f, -24.5f},
+    for (const glm::vec2& place : {glm::vec2{-6.0f, -31.5f}, glm::vec2{17.5f, -30.0f}}) {
+        park.trees.push_back(place);
+        add_broadleaf(park.mesh, park.random, place.x < 0.0f ? park.materials.birch : park.materials.maple,
+                      park.terrain.on_ground(place), 8.5f, 300);
+    }
+    const std::array<glm::vec2, 3> chosen{glm::vec2{-27.5f, -31.0f}, glm::vec2{33.0f, -25.5f},
                                           glm::vec2{-4.5f, 26.5f}};
     for (const glm::vec2& place : chosen) {
         park.trees.push_back(place);
         build_tree(park, place);
     }
     for (int i = 0; i < tries && park.trees.size() < goal; ++i) {
-        const glm::vec2 place{park.random.uniform(-66.0f, 66.0f), park.random.uniform(-58.0f, 70.0f)};
-        if (is_free_for_tree(park, place, 8.0f)) {
+        const glm::vec2 place{park.random.uniform(-72.0f, 72.0f), park.random.uniform(-60.0f, 76.0f)};
+        if (is_free_for_tree(park, place, 7.0f)) {
             park.trees.push_back(place);
             build_tree(park, place);
         }
@@ -384,7 +389,7 @@ void scatter_to_goal(Park& park) {
     mesh.place({0, 0, 0});
     while (mesh.triangle_count() < triangle_goal) {
         const glm::vec2 around = circle_point(park.random.uniform());
-        if (mesh.triangle_count() % 3 == 0) {
+        if (mesh.triangle_count() % 5 == 0) {
             const glm::vec2 tree =
                 park.trees[park.random.index(static_cast<std::uint32_t>(park.trees.size()))];
             const glm::vec2 p = tree + 6.5f * std::sqrt(park.random.uniform()) * around;
@@ -394,7 +399,8 @@ void scatter_to_goal(Park& park) {
                       root + glm::vec3{0.6f * around, park.random.uniform(-0.05f, 0.2f)});
             continue;
         }
-        const glm::vec2 p{park.random.uniform(-45.0f, 45.0f), park.random.uniform(-56.0f, 30.0f)};
+        const float away = park.random.uniform();  // most of the grass near the camera
+        const glm::vec2 p{park.random.uniform(-38.0f, 44.0f), -52.0f + 75.0f * away * away};
         if (distance_to_paths(park, p) > path_half_width + 0.3f && park.terrain.pond.distance(p) > 1.04f) {
             const glm::vec3 root = park.terrain.on_ground(p, -0.05f);
             mesh.use(park.materials.blades[park.random.index(3)]);
@@ -421,7 +427,7 @@ Scene make_park() {
     plant_bushes(park);
     scatter_to_goal(park);
     Scene scene = std::move(park.scene);
-    scene.camera = {.eye = {view_from, 17.0f}, .target = {view_to, 2.0f}, .vertical_field_of_view = 0.70f};
+    scene.camera = {.eye = {view_from, 17.0f}, .target = {view_to, 1.0f}, .vertical_field_of_view = 0.70f};
     scene.ambient = {0.030f, 0.036f, 0.055f};
     scene.background = {0.020f, 0.032f, 0.075f};
     scene.radius = 3.0f;

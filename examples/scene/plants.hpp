@@ -89,7 +89,7 @@ inline void add_conifer(MeshBuilder& mesh, Random& random, const Foliage& foliag
     constexpr int tiers = 13;
     for (int i = 0; i < twigs; ++i) {
         const auto tier = static_cast<float>(random.index(tiers));
-        const float share = (tier + random.uniform(0.0f, 0.35f)) / tiers;
+        const float share = (tier + random.uniform(0.0f, 0.7f)) / tiers;
         const float reach = 4.3f * (1.0f - share) + 0.35f;
         const glm::vec2 around = circle_point(random.uniform());
         const float from = reach * random.uniform(0.05f, 0.72f);

@@ -24,7 +24,7 @@ struct Materials {
     std::array<std::uint32_t, 6> paint;
     std::array<std::uint32_t, 4> floor;
     std::array<std::uint32_t, 8> cloth;
-    std::uint32_t wall_top, outside, oak, walnut, white, metal, shade, leaf, clay, mirror, ground;
+    std::uint32_t wall_top, outside, oak, walnut, white, metal, shade, leaf, clay, ground;
 };
 
 Materials add_materials(MeshBuilder& mesh) {
@@ -52,7 +52,6 @@ Materials add_materials(MeshBuilder& mesh) {
         {.name = "lamp shade", .diffuse = {0.8f, 0.7f, 0.5f}, .emission = {0.9f, 0.62f, 0.30f}});
     m.leaf = plain("house plant", {0.20f, 0.44f, 0.16f});
     m.clay = plain("clay", {0.60f, 0.30f, 0.18f});
-    m.mirror = mesh.add_material({.name = "mirror", .diffuse = glm::vec3{0.03f}, .k_s = 0.85f});
     m.ground = plain("ground", {0.10f, 0.11f, 0.12f});
     return m;
 }

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/lights.hpp>
+
+#include <glm/vec3.hpp>
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include <glm/vec3.hpp>
-#include <lightmesh/lights.hpp>
-
 namespace demo {
 
-/// What a surface does with light: Lambert and Blinn-Phong for Omega of equation (1), and Whitted's k_s and k_t.
+/// What a surface does with light: Lambert and Blinn-Phong for Omega of equation (1), and Whitted's k_s and
+/// k_t.
 struct Material {
     std::string name;
     glm::vec3 diffuse{0.8f};
@@ -26,8 +28,10 @@ struct Material {
 /// A light with what the light mesh does not need to know: its strength.
 struct SceneLight {
     lightmesh::Light shape;
-    glm::vec3 intensity{1.0f};  ///< radiance scale: at distance d of a point or spot light, intensity / d^2; directional: as is
-    float inner_cone = 0.0f;    ///< spot lights: half angle in radians up to which the light is at full strength
+    glm::vec3 intensity{1.0f};  ///< radiance scale: at distance d of a point or spot light, intensity / d^2;
+                                ///< directional: as is
+    float inner_cone =
+        0.0f;  ///< spot lights: half angle in radians up to which the light is at full strength
 };
 
 struct Camera {
@@ -53,13 +57,13 @@ struct Scene {
     Camera camera;
     glm::vec3 ambient{0.05f};
     glm::vec3 background{0.0f};
-    float radius = 1.0f;   ///< a good r for a light mesh here
-    float quality = 4.0f;  ///< and a good q
+    float radius = 1.0f;               ///< a good r for a light mesh here
+    float quality = 4.0f;              ///< and a good q
     std::vector<std::string> remarks;  ///< what the user should be told: a light rig added, textures left out
 };
 
-/// The built-in scenes, always the same to the last bit: `spheres` 2,028 triangles, `park` 145,970 triangles, `rooms` an
-/// interior of 36 rooms with thin walls.
+/// The built-in scenes, always the same to the last bit: `spheres` 2,028 triangles, `park` 145,970 triangles,
+/// `rooms` an interior of 36 rooms with thin walls.
 Scene make_spheres();
 Scene make_park();
 Scene make_rooms();
@@ -67,14 +71,16 @@ Scene make_rooms();
 /// Names of the built-in scenes, as `load_scene` takes them.
 const std::vector<std::string>& built_in_scenes();
 
-/// Reads OBJ, glTF/GLB or PLY. Throws std::runtime_error that names the file and what is wrong with it: not there, no
-/// triangles, NaN vertices, an unknown format. A file without lights or camera gets a rig and a view, and a remark.
+/// Reads OBJ, glTF/GLB or PLY. Throws std::runtime_error that names the file and what is wrong with it: not
+/// there, no triangles, NaN vertices, an unknown format. A file without lights or camera gets a rig and a
+/// view, and a remark.
 Scene import_scene(const std::filesystem::path& file);
 
 /// A built-in scene by its name, or a file.
 Scene load_scene(const std::string& name_or_file);
 
-/// Replaces the lights by `count` point lights spread evenly over the scene, of the same total strength; deterministic.
+/// Replaces the lights by `count` point lights spread evenly over the scene, of the same total strength;
+/// deterministic.
 void spread_lights(Scene& scene, std::size_t count);
 
 }  // namespace demo

@@ -4,6 +4,8 @@
 #include "random.hpp"
 #include "scene.hpp"
 
+#include <array>
+
 namespace demo {
 namespace {
 
@@ -70,12 +72,14 @@ void build(MeshBuilder& mesh) {
 
 void hang_lights(Scene& scene) {
     constexpr int count = 8;
+    constexpr std::array<float, count> strength{1300, 260, 420, 900, 380, 760, 420, 300};
     for (int i = 0; i < count; ++i) {
         const glm::vec2 around = circle_point((static_cast<float>(i) + 0.35f) / count);
         const float height = i % 2 == 0 ? 62.0f : 48.0f;
-        const glm::vec3 position{44.0f * around.x, -16.0f + 40.0f * around.y, height};
+        const glm::vec3 position{46.0f * around.x, -24.0f + 34.0f * around.y, height};
         const glm::vec3 colour = i % 2 == 0 ? glm::vec3{1.0f, 0.86f, 0.68f} : glm::vec3{0.72f, 0.84f, 1.0f};
-        scene.lights.push_back({lightmesh::PointLight{position}, 480.0f * colour});
+        scene.lights.push_back(
+            {lightmesh::PointLight{position}, strength[static_cast<std::size_t>(i)] * colour});
     }
 }
 
@@ -89,6 +93,7 @@ Scene make_spheres() {
     hang_lights(scene);
     scene.camera = {.eye = {2, -104, 40}, .target = {2, 2, 14}, .vertical_field_of_view = 0.66f};
     scene.ambient = glm::vec3{0.05f};
+    scene.background = {0.13f, 0.15f, 0.19f};  // seen in the mirror only
     scene.radius = 4.5f;
     scene.quality = 6.0f;
     return scene;

@@ -58,7 +58,7 @@ struct Terrain {
             1.5f * value_noise(p / 21.0f) + 0.5f * value_noise(p / 9.0f + glm::vec2{40.0f, 17.0f});
         const float hollow = -3.2f * (1.0f - smooth_step(0.55f, 1.22f, from_pond));
         const float hills =
-            15.0f * smooth_step(44.0f, 92.0f, glm::length(p * glm::vec2{0.95f, 1.0f} + glm::vec2{0, 4}));
+            24.0f * smooth_step(46.0f, 96.0f, glm::length(p * glm::vec2{0.95f, 1.0f} + glm::vec2{0, 4}));
         return meadows * smooth_step(1.0f, 1.9f, from_pond) + hollow + hills;
     }
 
