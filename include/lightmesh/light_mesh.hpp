@@ -230,7 +230,9 @@ private:
         }
         detail::LinkedNeighbours linked(neighbours_, *hemisphere_);
         const glm::vec3 end = surface_end();
-        for (const glm::ivec3& corner : detail::light_points_around(mesh_.grid_, point_, normal_)) {
+        detail::NearestCorners corners(mesh_.grid_, point_, normal_);
+        for (int i = 0; i < corners.count; ++i) {
+            const glm::ivec3 corner = corners.next();
             if (!linked.contains(corner))
                 continue;
             if (spent_ != nullptr)
@@ -239,7 +241,7 @@ private:
                 continue;
             if (linked.all_linked())
                 return;
-            linked.flood(corner);
+            linked.spread_from(corner);
             neighbours_.narrow(
                 [&](const detail::BrickPoints& entry) { return linked.reached(*entry.brick); });
             return;

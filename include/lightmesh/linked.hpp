@@ -13,24 +13,27 @@
 #include <array>
 #include <atomic>
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <limits>
 #include <span>
 
 /// The linked short test. A link is the bit "the segment between two neighbouring light points is open"; it
-/// depends on neither P nor lights nor camera. P itself tests one light point by a ray, the nearest it can
-/// see; what can be reached from there over open links, without leaving the hemisphere, counts as visible. If no
-/// link inside the hemisphere is blocked, all of it does.
+/// depends on neither P nor lights nor camera. P tests one light point by a ray, the nearest that it sees:
+/// the seed. From there visibility spreads outwards over open links: every step leads away from the seed,
+/// along x, y or z, and stays in the hemisphere. What is reached counts as visible from P. If no link inside
+/// the hemisphere is blocked, all of it does.
 
 namespace lightmesh::detail {
 
 /// Steps of one light point along an axis, for all light points of a brick at once (numbering as in
 /// `bit_of`).
-template <int Axis>
+template <std::size_t Axis>
 struct AxisSteps {
     static constexpr int one = 1 << Axis;  // from the even to the odd light point of a cell
     static constexpr int across_cells = 7 * one;
+    static constexpr int across_two = 8 * one;
     static constexpr int across_bricks = 9 * one;
 
     /// Light points whose coordinate along the axis is c.
@@ -44,125 +47,193 @@ struct AxisSteps {
         return mask;
     }
 
-    /// The light points one step up from those of `points`, and from those of the brick `below`.
-    static constexpr std::uint64_t up(std::uint64_t points, std::uint64_t below) {
-        return (points & (at(0) | at(2))) << one | (points & at(1)) << across_cells |
-               (below & at(3)) >> across_bricks;
+    /// Light points whose coordinate along the axis is at least c.
+    static constexpr std::uint64_t from(int c) {
+        std::uint64_t mask = 0;
+        for (int i = (std::max)(c, 0); i < brick_side; ++i)
+            mask |= at(i);
+        return mask;
     }
-    /// The light points one step down from those of `points`, and from those of the brick `above`.
-    static constexpr std::uint64_t down(std::uint64_t points, std::uint64_t above) {
-        return (points & (at(1) | at(3))) >> one | (points & at(2)) >> across_cells |
-               (above & at(0)) << across_bricks;
+
+    /// The light points one step up from those of `points`, within the brick.
+    static constexpr std::uint64_t up(std::uint64_t points) {
+        return (points & (at(0) | at(2))) << one | (points & at(1)) << across_cells;
     }
+    /// The light points one step down from those of `points`, within the brick.
+    static constexpr std::uint64_t down(std::uint64_t points) {
+        return (points & (at(1) | at(3))) >> one | (points & at(2)) >> across_cells;
+    }
+    /// The same, two steps.
+    static constexpr std::uint64_t up_two(std::uint64_t points) {
+        return (points & (at(0) | at(1))) << across_two;
+    }
+    static constexpr std::uint64_t down_two(std::uint64_t points) {
+        return (points & (at(2) | at(3))) >> across_two;
+    }
+    /// The light points one step up from those of the brick below.
+    static constexpr std::uint64_t up_from(std::uint64_t below) { return (below & at(3)) >> across_bricks; }
+    /// The light points one step down from those of the brick above.
+    static constexpr std::uint64_t down_from(std::uint64_t above) { return (above & at(0)) << across_bricks; }
 };
 
-/// A hemisphere and its links as a box of bricks, to walk in. Lives on the stack.
+/// A hemisphere and its links as a box of bricks, to walk in. Lives on the stack of a query.
 class LinkedNeighbours {
 public:
+    /// The links of all cells with neighbours in them must be known.
     LinkedNeighbours(const Neighbours& neighbours, const Hemisphere& hemisphere)
-        : first_(hemisphere.first_brick()), stride_y_(static_cast<std::size_t>(hemisphere.bricks().x) + 1),
-          stride_z_(stride_y_ * (static_cast<std::size_t>(hemisphere.bricks().y) + 1)),
-          size_(stride_z_ * static_cast<std::size_t>(hemisphere.bricks().z)) {
-        for (std::uint64_t* words : {points_, open_[0], open_[1], open_[2], seen_})
-            std::fill_n(words, size_ + 2 * stride_z_, std::uint64_t{0});
-        for (const BrickPoints& entry : neighbours.entries()) {
-            const std::size_t i = place_of_brick(*entry.brick);
-            points_[i] = entry.points;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                open_[axis][i] = entry.brick->links().open(axis);
-        }
+        : entries_(neighbours.entries()), first_(hemisphere.first_brick()),
+          bricks_(hemisphere.bricks()), stride_{1, static_cast<std::size_t>(bricks_.x) + 1, 0}, size_(0) {
+        stride_[2] = stride_[1] * (static_cast<std::size_t>(bricks_.y) + 1);
+        size_ = stride_[2] * (static_cast<std::size_t>(bricks_.z) + 2);
+        std::fill_n(points_, size_, std::uint64_t{0});
+        for (const BrickPoints& entry : entries_)
+            points_[slot_of(*entry.brick)] = entry.points;
     }
 
     /// Whether a light point belongs to the hemisphere.
     bool contains(const glm::ivec3& index) const {
         const glm::ivec3 brick = brick_of(index) - first_;
-        if (brick.x < 0 || brick.y < 0 || brick.z < 0)
-            return false;
-        const std::size_t i = place_of_brick(brick);
-        return i < size_ + stride_z_ &&
-               (points_[i] >> bit_of(index.x & 3, index.y & 3, index.z & 3) & 1) != 0;
+        for (int axis = 0; axis < 3; ++axis)
+            if (brick[axis] < 0 || brick[axis] >= bricks_[axis])
+                return false;
+        return (points_[slot_of(brick)] >> bit_of(index.x & 3, index.y & 3, index.z & 3) & 1) != 0;
     }
 
     /// Whether all neighbouring light points of the hemisphere are linked.
-    bool all_linked() const { return !(any_blocked<0>() || any_blocked<1>() || any_blocked<2>()); }
-
-    /// Finds what can be reached from a light point.
-    void flood(const glm::ivec3& seed) {
-        const glm::ivec3 brick = brick_of(seed) - first_;
-        seen_[place_of_brick(brick)] = std::uint64_t{1} << bit_of(seed.x & 3, seed.y & 3, seed.z & 3);
-        bool grown = true;
-        while (grown) {
-            std::uint64_t fresh = 0;
-            fresh |= spread_up<0>(1);
-            fresh |= spread_up<1>(stride_y_);
-            fresh |= spread_up<2>(stride_z_);
-            fresh |= spread_down<0>(1);
-            fresh |= spread_down<1>(stride_y_);
-            fresh |= spread_down<2>(stride_z_);
-            grown = fresh != 0;
+    bool all_linked() const {
+        std::uint64_t blocked = 0;
+        for (const BrickPoints& entry : entries_) {
+            const std::size_t slot = slot_of(*entry.brick);
+            blocked |= usable_links<0>(slot) & ~entry.brick->links().open(0);
+            blocked |= usable_links<1>(slot) & ~entry.brick->links().open(1);
+            blocked |= usable_links<2>(slot) & ~entry.brick->links().open(2);
         }
+        return blocked == 0;
     }
 
-    /// What `flood` has reached of a brick.
-    std::uint64_t reached(const Brick& brick) const { return seen_[place_of_brick(brick)]; }
+    /// Finds what is reached from a light point of the hemisphere.
+    void spread_from(const glm::ivec3& seed) {
+        std::fill_n(reached_, size_, std::uint64_t{0});
+        for (auto& leaving : leaving_)
+            std::fill_n(leaving, size_, std::uint64_t{0});
+        const glm::ivec3 home = brick_of(seed);
+        reached_[slot_of(home - first_)] = std::uint64_t{1} << bit_of(seed.x & 3, seed.y & 3, seed.z & 3);
+
+        // A brick depends only on bricks nearer to the seed: in order of their distance, each needs one
+        // visit.
+        std::array<std::uint16_t, Hemisphere::max_entries> order;
+        sort_by_distance(home, order);
+        for (std::size_t i = 0; i < entries_.size(); ++i)
+            spread_in(*entries_[order[i]].brick, seed);
+    }
+
+    /// What `spread_from` has reached of a brick.
+    std::uint64_t reached(const Brick& brick) const { return reached_[slot_of(brick)]; }
 
 private:
     static constexpr std::size_t side = Hemisphere::max_bricks_per_axis + 1;
     static constexpr std::size_t capacity = side * side * (side + 1);
+    static constexpr std::size_t distances = 3 * (Hemisphere::max_bricks_per_axis - 1) + 1;
 
     static glm::ivec3 brick_of(const glm::ivec3& index) { return {index.x >> 2, index.y >> 2, index.z >> 2}; }
 
     // Each row and each slab ends with one empty brick, and an empty slab stands on either side, so that a
     // brick's neighbours are always one stride away.
-    std::size_t place_of_brick(const glm::ivec3& brick) const {
-        return static_cast<std::size_t>(brick.x) + stride_y_ * static_cast<std::size_t>(brick.y) +
-               stride_z_ * static_cast<std::size_t>(brick.z + 1);
+    std::size_t slot_of(const glm::ivec3& brick) const {
+        return static_cast<std::size_t>(brick.x) + stride_[1] * static_cast<std::size_t>(brick.y) +
+               stride_[2] * static_cast<std::size_t>(brick.z + 1);
     }
-    std::size_t place_of_brick(const Brick& brick) const { return place_of_brick(brick.place() - first_); }
+    std::size_t slot_of(const Brick& brick) const { return slot_of(brick.place() - first_); }
 
-    template <int Axis>
-    bool any_blocked() const {
-        const std::size_t stride = Axis == 0 ? 1 : Axis == 1 ? stride_y_ : stride_z_;
-        std::uint64_t blocked = 0;
-        for (std::size_t i = stride_z_; i < stride_z_ + size_; ++i)
-            blocked |= points_[i] & AxisSteps<Axis>::down(points_[i], points_[i + stride]) & ~open_[Axis][i];
-        return blocked != 0;
+    /// Light points with their upper neighbour along the axis in the hemisphere too.
+    template <std::size_t Axis>
+    std::uint64_t usable_links(std::size_t slot) const {
+        using Steps = AxisSteps<Axis>;
+        return points_[slot] & (Steps::down(points_[slot]) | Steps::down_from(points_[slot + stride_[Axis]]));
     }
 
-    template <int Axis>
-    std::uint64_t spread_up(std::size_t stride) {
-        std::uint64_t fresh = 0;
-        std::uint64_t leaving[capacity];
-        for (std::size_t i = stride_z_ - stride; i < stride_z_ + size_; ++i)
-            leaving[i] = seen_[i] & open_[Axis][i];
-        for (std::size_t i = stride_z_; i < stride_z_ + size_; ++i) {
-            const std::uint64_t more =
-                AxisSteps<Axis>::up(leaving[i], leaving[i - stride]) & points_[i] & ~seen_[i];
-            fresh |= more;
-            seen_[i] |= more;
+    /// Counting sort of the entries by the city-block distance of their bricks.
+    void sort_by_distance(const glm::ivec3& home,
+                          std::array<std::uint16_t, Hemisphere::max_entries>& order) const {
+        std::array<std::uint16_t, distances + 1> begin{};
+        const auto distance = [&](const BrickPoints& entry) {
+            const glm::ivec3 way = entry.brick->place() - home;
+            return static_cast<std::size_t>(std::abs(way.x) + std::abs(way.y) + std::abs(way.z));
+        };
+        for (const BrickPoints& entry : entries_)
+            ++begin[distance(entry) + 1];
+        for (std::size_t d = 1; d < begin.size(); ++d)
+            begin[d] = static_cast<std::uint16_t>(begin[d] + begin[d - 1]);
+        for (std::size_t i = 0; i < entries_.size(); ++i)
+            order[begin[distance(entries_[i])]++] = static_cast<std::uint16_t>(i);
+    }
+
+    /// Takes over what a brick's neighbours have reached and lets it spread within the brick.
+    void spread_in(const Brick& brick, const glm::ivec3& seed) {
+        const std::size_t slot = slot_of(brick);
+        const glm::ivec3 from_brick = seed - brick_side * brick.place();
+        std::uint64_t reached = reached_[slot];
+        const auto x = arrive<0>(brick, slot, from_brick.x, reached);
+        const auto y = arrive<1>(brick, slot, from_brick.y, reached);
+        const auto z = arrive<2>(brick, slot, from_brick.z, reached);
+        if (reached == 0)
+            return;
+        std::uint64_t before;
+        do {
+            before = reached;
+            reached = z.spread(y.spread(x.spread(reached)));
+        } while (reached != before && reached != points_[slot]);
+        reached_[slot] = reached;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            leaving_[axis][slot] = reached & brick.links().open(axis);
+    }
+
+    /// The open links within a brick along an axis, by the direction that leads away from the seed.
+    template <std::size_t Axis>
+    struct OutwardLinks {
+        using Steps = AxisSteps<Axis>;
+        std::uint64_t upwards;      // light points with a link to the one above
+        std::uint64_t downwards;    // light points with a link from the one above
+        std::uint64_t two_upwards;  // the same over two links
+        std::uint64_t two_downwards;
+
+        OutwardLinks(std::uint64_t up, std::uint64_t down)
+            : upwards(up), downwards(down), two_upwards(up & Steps::down(up)),
+              two_downwards(down & Steps::down(down)) {}
+
+        /// As far as it goes: over three links, by one and by two.
+        std::uint64_t spread(std::uint64_t reached) const {
+            reached |= Steps::up(reached & upwards) | (Steps::down(reached) & downwards);
+            return reached | Steps::up_two(reached & two_upwards) |
+                   (Steps::down_two(reached) & two_downwards);
         }
-        return fresh;
+    };
+
+    /// Adds to `reached` what comes along an axis from the brick next to it, and returns the links to go on
+    /// with. `seed` is the seed's coordinate along the axis, counted from the brick's first light point.
+    template <std::size_t Axis>
+    OutwardLinks<Axis> arrive(const Brick& brick, std::size_t slot, int seed, std::uint64_t& reached) const {
+        using Steps = AxisSteps<Axis>;
+        const std::uint64_t open = brick.links().open(Axis) & points_[slot];
+        if (seed >= brick_side)
+            reached |= Steps::down_from(reached_[slot + stride_[Axis]]) & open;
+        else if (seed < 0)
+            reached |= Steps::up_from(leaving_[Axis][slot - stride_[Axis]]) & points_[slot];
+        constexpr std::uint64_t above_seed[] = {Steps::from(0), Steps::from(1), Steps::from(2),
+                                                Steps::from(3), 0};
+        const std::uint64_t above = above_seed[std::clamp(seed, 0, brick_side)];
+        const std::uint64_t inner = open & Steps::down(points_[slot]);
+        return {inner & above, inner & ~above};
     }
 
-    template <int Axis>
-    std::uint64_t spread_down(std::size_t stride) {
-        std::uint64_t fresh = 0;
-        for (std::size_t i = stride_z_; i < stride_z_ + size_; ++i) {
-            const std::uint64_t more =
-                AxisSteps<Axis>::down(seen_[i], seen_[i + stride]) & open_[Axis][i] & points_[i] & ~seen_[i];
-            fresh |= more;
-            seen_[i] |= more;
-        }
-        return fresh;
-    }
-
+    std::span<const BrickPoints> entries_;
     glm::ivec3 first_;
-    std::size_t stride_y_;
-    std::size_t stride_z_;
+    glm::ivec3 bricks_;
+    std::array<std::size_t, 3> stride_;
     std::size_t size_;
     std::uint64_t points_[capacity];
-    std::uint64_t open_[3][capacity];
-    std::uint64_t seen_[capacity];
+    std::uint64_t reached_[capacity];
+    std::uint64_t leaving_[3][capacity];  // reached, and with an open link upwards
 };
 
 /// Finds the links of the cells in `missing` (one bit a cell) by rays and stores them: from each light point
@@ -195,29 +266,39 @@ std::uint64_t fill_links(const Tracer& tracer, const Grid& grid, Brick& brick, s
 }
 
 /// The light points that a surface point may test by a ray: the corners of the grid cube that holds a place
-/// just in front of it, nearest first. In front by more than the tie rule of `Hemisphere` asks for, so that the
-/// cube of a wall on a grid plane is the one before it, not the one behind.
-inline std::array<glm::ivec3, 8> light_points_around(const Grid& grid, const glm::vec3& point,
-                                                     const glm::vec3& unit_normal) {
-    const double rounding = static_cast<double>(largest_component(point)) * 0x1p-20 / grid.step();
-    const glm::dvec3 place = grid.locate(point) + (0x1p-8 + rounding) * glm::dvec3(unit_normal);
-    const glm::ivec3 low(static_cast<int>(std::floor(place.x)), static_cast<int>(std::floor(place.y)),
-                         static_cast<int>(std::floor(place.z)));
-    const glm::dvec3 fraction = place - glm::dvec3(low);
-    // Distances are not negative: their bits are in the same order as they. The corner's number breaks ties.
-    std::array<std::uint64_t, 8> keys;
-    for (std::uint32_t c = 0; c < 8; ++c) {
-        const glm::dvec3 way = glm::dvec3(c & 1, c >> 1 & 1, c >> 2) - fraction;
-        const auto distance = static_cast<float>(way.x * way.x + way.y * way.y + way.z * way.z);
-        keys[c] = std::uint64_t{std::bit_cast<std::uint32_t>(distance)} << 3 | c;
+/// just in front of it, one after the other, nearest first. In front by more than the tie rule of
+/// `Hemisphere` asks for, so that the cube of a wall on a grid plane is the one before it, not the one
+/// behind.
+class NearestCorners {
+public:
+    static constexpr int count = 8;
+
+    NearestCorners(const Grid& grid, const glm::vec3& point, const glm::vec3& unit_normal) {
+        const double rounding = static_cast<double>(largest_component(point)) * 0x1p-20 / grid.step();
+        const glm::dvec3 place = grid.locate(point) + (0x1p-8 + rounding) * glm::dvec3(unit_normal);
+        low_ = {floor_to_int(place.x), floor_to_int(place.y), floor_to_int(place.z)};
+        const glm::vec3 fraction(place - glm::dvec3(low_));
+        for (std::size_t c = 0; c < count; ++c) {
+            const glm::vec3 way = glm::vec3(step_to(c)) - fraction;
+            squares_[c] = way.x * way.x + way.y * way.y + way.z * way.z;
+        }
     }
-    std::ranges::sort(keys);
-    std::array<glm::ivec3, 8> nearest_first;
-    for (std::size_t i = 0; i < 8; ++i) {
-        const auto c = static_cast<int>(keys[i] & 7);
-        nearest_first[i] = low + glm::ivec3(c & 1, c >> 1 & 1, c >> 2);
+
+    /// To be called `count` times.
+    glm::ivec3 next() {
+        const auto nearest = std::min_element(squares_.begin(), squares_.end());
+        *nearest = std::numeric_limits<float>::infinity();
+        return low_ + step_to(static_cast<std::size_t>(nearest - squares_.begin()));
     }
-    return nearest_first;
-}
+
+private:
+    static glm::ivec3 step_to(std::size_t corner) {
+        return {static_cast<int>(corner & 1), static_cast<int>(corner >> 1 & 1),
+                static_cast<int>(corner >> 2)};
+    }
+
+    glm::ivec3 low_;
+    std::array<float, count> squares_;
+};
 
 }  // namespace lightmesh::detail

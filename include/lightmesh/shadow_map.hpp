@@ -6,12 +6,15 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/shadow_map_views.hpp>
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -50,9 +53,9 @@ private:
 
 /// What a shadow map knows about a point, from the four texels around it.
 enum class ShadowMapLookup {
-    dark,  ///< all four say that something is before the point, by more than the bias
-    lit,   ///< all four say that nothing is, by more than the bias
-    edge,  ///< they disagree, or a surface is too near to the point to tell: worth a ray
+    dark,  ///< something is before the point
+    lit,   ///< nothing is
+    edge,  ///< the texels disagree, or a surface is too near to the point to tell: worth a ray
 };
 
 /// Shadows of one light from pictures of the distances that it sees (Williams, "Casting Curved Shadows on
@@ -66,13 +69,17 @@ enum class ShadowMapLookup {
 ///
 /// A point at distance D from the light is lit by a texel that holds the distance d if
 ///
-///     D <= d + bias,   bias = d * (2 t / resolution) * cos a        t: tangent of half the picture's angle,
-///     1 in a cube
+///     D <= d + bias,   bias = b * d * (2 t / resolution) * cos a
 ///
-/// where a is the angle between the axis of the picture and the way to the point: the bias is the side of the
-/// texel where the surface is. (Directional light: bias = side of a texel.) So surfaces that the light meets
-/// at up to 45 degrees or more do not shade themselves, and what lies less than the bias behind a surface
-/// counts as lit.
+/// where b is `ShadowMapSettings::bias`, t the tangent of half the picture's angle (1 in a face of a cube),
+/// and a the angle between the axis of the picture and the way to the point: the bias is b times the side of
+/// the texel where the surface is. (Directional light: b times the side of a texel.) What lies less than that
+/// behind a surface counts as lit.
+///
+/// The four texels whose middles surround the point are asked. If they disagree, and lie on one surface
+/// (their distances differ by up to four sides of a texel: seen at up to 76 degrees), the plane through them
+/// is compared with the point, so that surfaces do not shade themselves; else the majority by bilinear
+/// weights decides. Texels beyond the edge of a picture are those of the next face.
 ///
 /// Range and cone of a light play no part: that is for the user of V. A point that is not finite is dark; the
 /// light itself is lit. What is outside the map of a directional light has nothing before it, and is lit.
@@ -92,31 +99,49 @@ public:
     ShadowMap(std::shared_ptr<Shared> renderer, const Light& light, const ShadowMapSettings& settings,
               const std::string& name = "light")
         : renderer_(std::move(renderer)), name_(name), views_(light, with_bounds(settings, *renderer_), name),
-          resolution_(settings.resolution), pictures_(std::make_unique<Picture[]>(views_.size())) {}
+          resolution_(settings.resolution), bias_(settings.bias),
+          pictures_(std::make_unique<Picture[]>(views_.size())) {}
 
-    /// V(L, x) from the texel that the point falls into: 1 for lit.
+    /// V(L, x) from the texels around the point: true for lit.
     bool visible(const glm::vec3& point) const {
         if (!detail::is_finite(point))
             return false;
-        const detail::TexelPlace place = views_.locate(point);
-        return lit(place, texel(place, whole(place.column), whole(place.row)), 1.0f);
+        const Around around = texels_around(point);
+        float lit_weight = 0.0f;
+        int lit_count = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            if (!lit(around.place, around.stored[i], bias_))
+                continue;
+            lit_weight += around.weight[i];
+            ++lit_count;
+        }
+        if (lit_count == 0 || lit_count == 4)
+            return lit_count == 4;
+        return is_one_surface(around) ? lit(around.place, surface(around), bias_) : lit_weight >= 0.5f;
     }
 
-    /// V(L, x) if the map can tell.
+    /// V(L, x) if the map can tell: if all four texels say the same, by more than the side of a texel, or if
+    /// the plane through them is farther from the point than a tenth of that.
     ShadowMapLookup look_up(const glm::vec3& point) const {
         if (!detail::is_finite(point))
             return ShadowMapLookup::dark;
-        const detail::TexelPlace place = views_.locate(point);
-        const int column = static_cast<int>(std::floor(place.column - 0.5f));
-        const int row = static_cast<int>(std::floor(place.row - 0.5f));
+        const Around around = texels_around(point);
         int dark = 0;
         int bright = 0;
-        for (int i = 0; i < 4; ++i) {
-            const float stored = texel(place, column + i % 2, row + i / 2);
-            dark += lit(place, stored, 1.0f) ? 0 : 1;
-            bright += clearly_lit(place, stored) ? 1 : 0;
+        for (const float stored : around.stored) {
+            dark += lit(around.place, stored, 1.0f) ? 0 : 1;
+            bright += clearly_lit(around.place, stored, 1.0f) ? 1 : 0;
         }
-        return bright == 4 ? ShadowMapLookup::lit : dark == 4 ? ShadowMapLookup::dark : ShadowMapLookup::edge;
+        if (bright == 4)
+            return ShadowMapLookup::lit;
+        if (dark == 4)
+            return ShadowMapLookup::dark;
+        if (!is_one_surface(around))
+            return ShadowMapLookup::edge;
+        const float plane = surface(around);
+        if (clearly_lit(around.place, plane, 0.1f))
+            return ShadowMapLookup::lit;
+        return lit(around.place, plane, 0.1f) ? ShadowMapLookup::edge : ShadowMapLookup::dark;
     }
 
     /// The share of the light that reaches a point, 0..1, by percentage-closer filtering (Reeves, Salesin,
@@ -175,12 +200,61 @@ private:
 
     int whole(float texels) const { return std::clamp(static_cast<int>(texels), 0, resolution_ - 1); }
 
+    /// The texels whose middles surround a point: left and right of the upper row, then of the lower one.
+    struct Around {
+        detail::TexelPlace place;
+        int column = 0;
+        int row = 0;
+        std::array<float, 4> stored{};
+        std::array<float, 4> weight{};  // bilinear
+    };
+
+    Around texels_around(const glm::vec3& point) const {
+        Around around;
+        around.place = views_.locate(point);
+        const float left = std::floor(around.place.column - 0.5f);
+        const float top = std::floor(around.place.row - 0.5f);
+        const float x = around.place.column - 0.5f - left;
+        const float y = around.place.row - 0.5f - top;
+        around.column = static_cast<int>(left);
+        around.row = static_cast<int>(top);
+        for (int i = 0; i < 4; ++i)
+            around.stored[static_cast<std::size_t>(i)] =
+                texel(around.place, around.column + i % 2, around.row + i / 2);
+        around.weight = {(1.0f - x) * (1.0f - y), x * (1.0f - y), (1.0f - x) * y, x * y};
+        return around;
+    }
+
     static bool lit(const detail::TexelPlace& place, float stored, float bias) {
         return place.distance <= stored * (1.0f + bias * place.relative_texel) + bias * place.absolute_texel;
     }
 
-    static bool clearly_lit(const detail::TexelPlace& place, float stored) {
-        return place.distance * (1.0f + place.relative_texel) + place.absolute_texel <= stored;
+    /// As `lit`, with the bias to the other side.
+    static bool clearly_lit(const detail::TexelPlace& place, float stored, float bias) {
+        return place.distance * (1.0f + bias * place.relative_texel) + bias * place.absolute_texel <= stored;
+    }
+
+    static bool is_one_surface(const Around& around) {
+        const auto [nearest, farthest] = std::ranges::minmax(around.stored);
+        return farthest <=
+               nearest * (1.0f + 4.0f * around.place.relative_texel) + 4.0f * around.place.absolute_texel;
+    }
+
+    /// Distance of the plane through the texels in the direction of the point: along the axis of a
+    /// perspective view 1/z, of a parallel view z, is linear on a plane.
+    float surface(const Around& around) const {
+        const DepthView& view = views_[static_cast<std::size_t>(around.place.view)];
+        float sum = 0.0f;
+        for (int i = 0; i < 4; ++i) {
+            const auto k = static_cast<std::size_t>(i);
+            if (view.orthographic) {
+                sum += around.weight[k] * around.stored[k];
+            } else {
+                const float stretch = glm::length(view.offset(around.column + i % 2, around.row + i / 2));
+                sum += around.weight[k] * stretch / around.stored[k];
+            }
+        }
+        return view.orthographic ? sum : around.place.stretch / sum;
     }
 
     /// What a texel holds that may lie outside of the picture.
@@ -204,6 +278,7 @@ private:
         };
         const int last_column = static_cast<int>(std::floor(place.column + filter));
         const int last_row = static_cast<int>(std::floor(place.row + filter));
+        const float bias = bias_ * (1.0f + 2.0f * filter);
         double sum = 0.0;
         double weights = 0.0;
         for (int row = static_cast<int>(std::floor(place.row - filter)); row <= last_row; ++row) {
@@ -212,7 +287,7 @@ private:
                 const auto weight =
                     static_cast<double>(inside(place.row, row) * inside(place.column, column));
                 weights += weight;
-                if (lit(place, texel(place, column, row), 1.0f + 2.0f * filter))
+                if (lit(place, texel(place, column, row), bias))
                     sum += weight;
             }
         }
@@ -285,6 +360,7 @@ private:
     std::string name_;
     detail::ShadowMapViews views_;
     int resolution_;
+    float bias_;
     std::unique_ptr<Picture[]> pictures_;
 };
 

@@ -31,6 +31,9 @@ struct ShadowMapSettings {
     /// no shadow. World units, finite, greater than 0. NaN, the default, stands for 2^-20 of the diagonal of
     /// the scene's bounds.
     float z_near = std::numeric_limits<float>::quiet_NaN();
+    /// What lies less than this behind a surface counts as lit, in sides of a texel, in [0, 16]: see
+    /// `ShadowMap`.
+    float bias = 0.5f;
     /// The box around everything that throws shadows: for directional lights, which see all of it, and for
     /// the default of z_near. A `DepthRenderer` with a member `bounds` answers in its place.
     std::optional<Bounds> scene_bounds;
@@ -59,8 +62,8 @@ struct TexelPlace {
     float column = 0.0f;  ///< 0 at the left edge, `resolution` at the right one
     float row = 0.0f;
     float distance = 0.0f;  ///< as in the picture
-    /// The bias of a comparison with a texel that holds d is d * relative_texel + absolute_texel: a texel's
-    /// side, at d.
+    float stretch = 1.0f;   ///< distance over distance along the axis
+    /// The side of a texel where it holds d is d * relative_texel + absolute_texel.
     float relative_texel = 0.0f;
     float absolute_texel = 0.0f;
 };
@@ -77,6 +80,8 @@ public:
         const int resolution = settings.resolution;
         require(resolution >= 1 && resolution <= largest_shadow_map, name + ": shadow map's resolution",
                 resolution, "in [1, 16384]");
+        require(settings.bias >= 0.0f && settings.bias <= 16.0f, name + ": shadow map's bias", settings.bias,
+                "in [0, 16] texels");
         if (settings.scene_bounds)
             check_bounds(*settings.scene_bounds, name);
         std::visit([&](const auto& kind) { add_views(kind, settings, name); }, light);
@@ -97,6 +102,7 @@ public:
         place.distance = glm::length(way);
         const DepthView& view = views_[static_cast<std::size_t>(place.view)];
         const float cosine = place.distance > 0.0f ? glm::dot(view.forward, way) / place.distance : 1.0f;
+        place.stretch = 1.0f / cosine;
         place.relative_texel = texel_side(view) * cosine;
         return place;
     }
