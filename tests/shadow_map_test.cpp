@@ -171,10 +171,11 @@ TEST_SUITE("shadow map") {
             const Map map({&scene, &views}, lightmesh::PointLight{}, settings_of(resolution));
             CHECK(map.visible({0.9f, 0.1f, -0.2f}));
             CHECK_FALSE(map.visible({8.0f, 0.1f, -0.2f}));
-            CHECK(views == 1);
+            CHECK(views <=
+                  (resolution == 1 ? 3u : 1u));  // its only texel is surrounded by those of other faces
             const auto texels = static_cast<std::size_t>(resolution) * static_cast<std::size_t>(resolution);
-            CHECK(map.bytes() >= 4 * texels);
-            CHECK(map.bytes() < 4 * texels + 4096);
+            CHECK(map.bytes() >= 4 * texels * views);
+            CHECK(map.bytes() < 4 * texels * views + 4096);
             CHECK(map.visibility({0.9f, 0.1f, -0.2f}) == 1.0f);
         }
     }
