@@ -46,7 +46,7 @@ namespace lightmesh {
 /// side that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero
 /// normal has no hemisphere: the result is the exact shadow ray of the case m = 0, with chi = 1. A finite
 /// point whose light points have no index (farther than 2^24 steps from the origin) throws std::out_of_range.
-template <class Tracer, class Kernel = detail::FastestKernel>
+template <class Tracer, class LongTest = detail::RayLongTest, class Kernel = detail::FastestKernel>
 class LightMesh {
     static_assert(check_intersector<Tracer>());
 
@@ -55,6 +55,15 @@ public:
     /// the value for settings out of range and lights that are not finite.
     LightMesh(Tracer tracer, std::span<const Light> lights, const Settings& settings)
         : tracer_(std::move(tracer)), grid_(settings), settings_(settings), lights_(lights, grid_),
+          state_(std::make_unique<State>(lights_.tile_count())) {}
+
+    /// The same with long tests by something else than rays: `source` is a `DepthRenderer` for shadow maps
+    /// (LMM+ATK). Nothing is rendered before a query needs it. Throws std::invalid_argument also for a map
+    /// size out of range, and for a directional light if nobody knows the scene's bounds.
+    template <class Source>
+    LightMesh(Tracer tracer, Source source, std::span<const Light> lights, const Settings& settings)
+        : tracer_(std::move(tracer)), grid_(settings), settings_(settings), lights_(lights, grid_),
+          long_test_(std::move(source), lights, settings),
           state_(std::make_unique<State>(lights_.tile_count())) {}
 
     std::size_t light_count() const { return lights_.size(); }
@@ -93,7 +102,7 @@ public:
         sum.long_tests = state_->long_tests.load(std::memory_order_relaxed);
         sum.long_rays = state_->long_rays.load(std::memory_order_relaxed);
         sum.link_rays = state_->link_rays.load(std::memory_order_relaxed);
-        sum.bytes = state_->bricks.bytes() + sizeof *this + lights_.bytes();
+        sum.bytes = state_->bricks.bytes() + sizeof *this + lights_.bytes() + long_test_.bytes();
         return sum;
     }
 
@@ -131,16 +140,19 @@ private:
     Grid grid_;
     Settings settings_;
     detail::LightTable lights_;
-    detail::RayLongTest long_test_;
+    LongTest long_test_;
     std::unique_ptr<State> state_;
 };
 
 template <class Tracer, class Lights>
 LightMesh(Tracer, const Lights&, Settings) -> LightMesh<Tracer>;
 
+template <class Tracer, class Source, class Lights>
+LightMesh(Tracer, Source, const Lights&, Settings) -> LightMesh<Tracer, detail::LongTestFrom<Source>>;
+
 /// One query's steps, its state on the stack.
-template <class Tracer, class Kernel>
-class LightMesh<Tracer, Kernel>::Query {
+template <class Tracer, class LongTest, class Kernel>
+class LightMesh<Tracer, LongTest, Kernel>::Query {
 public:
     Query(const LightMesh& mesh, QueryStatistics* spent)
         : mesh_(mesh), lights_(mesh.lights_), spent_(spent) {}
@@ -428,8 +440,9 @@ private:
     detail::Neighbours neighbours_;
 };
 
-template <class Tracer, class Kernel>
-void LightMesh<Tracer, Kernel>::fill(detail::Brick& brick, std::size_t t, std::uint64_t missing) const {
+template <class Tracer, class LongTest, class Kernel>
+void LightMesh<Tracer, LongTest, Kernel>::fill(detail::Brick& brick, std::size_t t,
+                                               std::uint64_t missing) const {
     detail::BrickTile& tile = brick.tile(t);
     const int groups = lights_.tile_groups(t);
     state_->bricks.ensure_storage(tile, groups);
@@ -442,9 +455,9 @@ void LightMesh<Tracer, Kernel>::fill(detail::Brick& brick, std::size_t t, std::u
         for (int p = 0; p < 8; ++p)
             points[static_cast<std::size_t>(p)] = grid_.position(detail::index_of(brick, unit - group + p));
         const int count = (std::min)(8, lights_.tile_size(t) - 8 * group);
+        const std::size_t first = t * detail::lights_per_tile + static_cast<std::size_t>(8 * group);
         units[static_cast<std::size_t>(unit)] =
-            long_test_(tracer_, lights_, t * detail::lights_per_tile + static_cast<std::size_t>(8 * group),
-                       count, points, grid_.radius(), cost);
+            long_test_(tracer_, detail::LongTestUnit{lights_, first, count, points, grid_.radius()}, cost);
     }
     tile.publish(missing, units.data(), groups);
     state_->long_tests.fetch_add(cost.tests, std::memory_order_relaxed);

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/bounds.hpp>
+
 #include <glm/vec3.hpp>
 
 #include <limits>
+#include <optional>
 
 namespace lightmesh {
 
@@ -29,6 +32,12 @@ struct Settings {
     glm::vec3 origin{std::numeric_limits<float>::quiet_NaN()};
     /// Side of a shadow map in texels, in [1, 16384]; only used with a `DepthRenderer`.
     int shadow_map_size = 1024;
+    /// Whether a look-up that a shadow map cannot decide is decided by a ray: near-exact, for a few rays
+    /// more. Only used with a `DepthRenderer`.
+    bool refine_shadow_maps = false;
+    /// The box around everything that throws shadows, world units; only used with a `DepthRenderer` that has
+    /// no member `bounds`, for the shadow maps of directional lights.
+    std::optional<Bounds> scene_bounds{};
 };
 
 }  // namespace lightmesh

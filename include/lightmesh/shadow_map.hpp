@@ -77,7 +77,7 @@ enum class ShadowMapLookup {
 /// behind a surface counts as lit.
 ///
 /// The four texels whose middles surround the point are asked. If they disagree, and lie on one surface
-/// (their distances differ by up to four sides of a texel: seen at up to 76 degrees), the plane through them
+/// (their distances differ by up to 16 sides of a texel: seen at up to 86 degrees), the plane through them
 /// is compared with the point, so that surfaces do not shade themselves; else the majority by bilinear
 /// weights decides. Texels beyond the edge of a picture are those of the next face.
 ///
@@ -117,11 +117,11 @@ public:
         }
         if (lit_count == 0 || lit_count == 4)
             return lit_count == 4;
-        return is_one_surface(around) ? lit(around.place, surface(around), bias_) : lit_weight >= 0.5f;
+        return is_one_surface(around, 16.0f) ? lit(around.place, surface(around), bias_) : lit_weight >= 0.5f;
     }
 
     /// V(L, x) if the map can tell: if all four texels say the same, by more than the side of a texel, or if
-    /// the plane through them is farther from the point than a tenth of that.
+    /// the plane through them, seen at up to 76 degrees, is farther from the point than a tenth of that.
     ShadowMapLookup look_up(const glm::vec3& point) const {
         if (!detail::is_finite(point))
             return ShadowMapLookup::dark;
@@ -136,7 +136,7 @@ public:
             return ShadowMapLookup::lit;
         if (dark == 4)
             return ShadowMapLookup::dark;
-        if (!is_one_surface(around))
+        if (!is_one_surface(around, 4.0f))
             return ShadowMapLookup::edge;
         const float plane = surface(around);
         if (clearly_lit(around.place, plane, 0.1f))
@@ -147,8 +147,8 @@ public:
     /// The share of the light that reaches a point, 0..1, by percentage-closer filtering (Reeves, Salesin,
     /// Cook, "Rendering Antialiased Shadows with Depth Maps", 1987): the mean over the square of `filter`
     /// texels to each side of the point, texels at its rim counted by the part inside. 0 gives `visible`, 0.5
-    /// the usual bilinear filter. The bias grows to 1 + 2 * filter texels. Throws std::invalid_argument for a
-    /// filter outside [0, 64].
+    /// the usual bilinear filter. The bias is 1 + 2 * filter times that of `visible`. Throws
+    /// std::invalid_argument for a filter outside [0, 64].
     float visibility(const glm::vec3& point, float filter = 0.5f) const {
         detail::require(filter >= 0.0f && filter <= 64.0f, "the filter's radius", filter,
                         "in [0, 64] texels");
@@ -234,10 +234,11 @@ private:
         return place.distance * (1.0f + bias * place.relative_texel) + bias * place.absolute_texel <= stored;
     }
 
-    static bool is_one_surface(const Around& around) {
+    /// Whether the texels' distances differ by no more than some sides of a texel.
+    static bool is_one_surface(const Around& around, float sides) {
         const auto [nearest, farthest] = std::ranges::minmax(around.stored);
         return farthest <=
-               nearest * (1.0f + 4.0f * around.place.relative_texel) + 4.0f * around.place.absolute_texel;
+               nearest * (1.0f + sides * around.place.relative_texel) + sides * around.place.absolute_texel;
     }
 
     /// Distance of the plane through the texels in the direction of the point: along the axis of a
