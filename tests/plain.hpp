@@ -237,8 +237,9 @@ private:
     }
 
     /// The linked short test: the nearest light point that P sees, of the eight around it, and all that can
-    /// be reached from there over open links inside the hemisphere; if no link inside the hemisphere is
-    /// blocked, all of it. One doubt about any of it makes all light points doubtful.
+    /// be reached from there over open links inside the hemisphere, each step leading away from it; if no
+    /// link inside the hemisphere is blocked, all of it. One doubt about any of it makes all light points
+    /// doubtful.
     std::vector<Neighbour> linked(const Vec& point, const Vec& n, std::vector<Neighbour> inside) const {
         std::vector<Neighbour> doubtful = inside;
         for (Neighbour& x : doubtful)
@@ -247,7 +248,9 @@ private:
             if (x.belongs == Answer::unsure)
                 return doubtful;
 
-        const auto [seed, sees_seed] = nearest_seen(point, n, inside);
+        const std::pair<std::size_t, Answer> nearest = nearest_seen(point, n, inside);
+        const std::size_t seed = nearest.first;
+        const Answer sees_seed = nearest.second;
         if (sees_seed == Answer::unsure)
             return doubtful;
         if (sees_seed == Answer::no)
@@ -274,6 +277,10 @@ private:
         if (!any_blocked)
             return inside;
 
+        const auto steps_from_seed = [&](std::size_t i) {
+            const glm::ivec3 way = glm::abs(inside[i].place - inside[seed].place);
+            return way.x + way.y + way.z;
+        };
         std::vector<bool> is_reached(count, false);
         std::vector<std::size_t> reached{seed};
         is_reached[seed] = true;
@@ -283,9 +290,10 @@ private:
             reached.pop_back();
             found.push_back(inside[from]);
             for (const std::size_t to : open[from]) {
-                if (!is_reached[to])
-                    reached.push_back(to);
+                if (is_reached[to] || steps_from_seed(to) < steps_from_seed(from))
+                    continue;
                 is_reached[to] = true;
+                reached.push_back(to);
             }
         }
         return found;

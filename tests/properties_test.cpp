@@ -106,13 +106,15 @@ TEST_CASE("values grow steadily from shadow to light") {
     CHECK(between > 30);
 }
 
-TEST_CASE("exact short tests let no light through a thin wall, Express does") {
+TEST_CASE("exact and linked short tests let no light through a thin wall, Express does") {
     std::vector<Triangle> scene;
     test::add_quad(scene, {-20, -20, 0}, {40, 0, 0}, {0, 40, 0});
     test::add_quad(scene, {0, -20, -1}, {0, 40, 0}, {0, 0, 40});
     const std::vector<Light> lights{lightmesh::PointLight{{4, 1, 5}}};
     const lightmesh::LightMesh exact{test::PlainTracer{&scene}, lights,
                                      settings_of(1.0f, 4.0f, ShortTest::exact)};
+    const lightmesh::LightMesh linked{test::PlainTracer{&scene}, lights,
+                                      settings_of(1.0f, 4.0f, ShortTest::linked)};
     const lightmesh::LightMesh express{test::PlainTracer{&scene}, lights,
                                        settings_of(1.0f, 4.0f, ShortTest::none)};
     test::Random random(3);
@@ -122,27 +124,31 @@ TEST_CASE("exact short tests let no light through a thin wall, Express does") {
         const glm::vec3 lit(random.in_box({0.01, -3, 0}, {0.9, 3, 0}));
         CHECK(exact.visibility(dark, {0, 0, 1}, 0) == 0.0f);
         CHECK(exact.visibility(lit, {0, 0, 1}, 0) == 1.0f);
+        CHECK(linked.visibility(dark, {0, 0, 1}, 0) == 0.0f);
+        CHECK(linked.visibility(lit, {0, 0, 1}, 0) == 1.0f);
         leak += static_cast<double>(express.visibility(dark, {0, 0, 1}, 0));
     }
     CHECK(leak / 100 > 0.1);
 }
 
-TEST_CASE("a closed box stays dark inside under exact short tests") {
+TEST_CASE("a closed box stays dark inside under exact and linked short tests") {
     std::vector<Triangle> scene;
     test::add_box(scene, {-2, -2, -2}, {2, 2, 2});
     const std::vector<Light> lights{lightmesh::PointLight{{5, 1, 4}},
                                     lightmesh::DirectionalLight{{0.5f, -0.3f, -1}}};
-    const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights,
-                                    settings_of(1.0f, 3.0f, ShortTest::exact)};
-    test::Random random(4);
-    std::vector<float> all(lights.size());
-    for (const test::SurfacePoint& p : test::surface_points(random, scene, 300)) {
-        const bool faces_inwards = glm::dot(p.position, p.normal) < 0.0f;
-        if (!faces_inwards)
-            continue;
-        mesh.visibility(p.position, p.normal, std::span<float>{all});
-        for (const float s : all)
-            CHECK(s == 0.0f);
+    for (const ShortTest short_test : {ShortTest::exact, ShortTest::linked}) {
+        const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights,
+                                        settings_of(1.0f, 3.0f, short_test)};
+        test::Random random(4);
+        std::vector<float> all(lights.size());
+        for (const test::SurfacePoint& p : test::surface_points(random, scene, 300)) {
+            const bool faces_inwards = glm::dot(p.position, p.normal) < 0.0f;
+            if (!faces_inwards)
+                continue;
+            mesh.visibility(p.position, p.normal, std::span<float>{all});
+            for (const float s : all)
+                CHECK(s == 0.0f);
+        }
     }
 }
 
@@ -150,8 +156,9 @@ TEST_CASE("walls that lie on grid planes do not speckle") {
     struct Grain {
         float radius, quality;
     };
-    for (const auto& [radius, quality] : {Grain{3.0f, 4.0f}, Grain{1.0f, 3.0f}, Grain{0.7f, 2.0f}}) {
-        const double step = static_cast<double>(radius) / static_cast<double>(quality);
+    for (const Grain& grain : {Grain{3.0f, 4.0f}, Grain{1.0f, 3.0f}, Grain{0.7f, 2.0f}}) {
+        const float radius = grain.radius;
+        const double step = static_cast<double>(radius) / static_cast<double>(grain.quality);
         for (const double moved : {0.0, 1e4}) {
             for (int axis = 0; axis < 3; ++axis) {
                 const double plane = std::round(moved / step) * step + 3.0 * step;
@@ -162,7 +169,7 @@ TEST_CASE("walls that lie on grid planes do not speckle") {
                 const std::vector<Light> lights{lightmesh::PointLight{lamp},
                                                 lightmesh::DirectionalLight{lamp - glm::vec3(middle)}};
                 for (const ShortTest short_test : test::all_short_tests) {
-                    lightmesh::Settings settings = settings_of(radius, quality, short_test);
+                    lightmesh::Settings settings = settings_of(radius, grain.quality, short_test);
                     settings.origin = glm::vec3(0.0f);
                     const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights, settings};
                     test::Random random(5);
@@ -203,10 +210,63 @@ TEST_CASE("tilted walls do not speckle, near to the origin and far from it") {
         const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights,
                                         settings_of(3.0f, 4.0f, ShortTest::exact)};
         for (int k = 0; k < 20; ++k) {
-            const glm::vec3 p(middle + random.uniform(-0.1, 0.1) * u + random.uniform(-0.1, 0.1) * v);
+            const Vec along = random.in_box(Vec(-0.1), Vec(0.1));
+            const glm::vec3 p(middle + along.x * u + along.y * v);
             CHECK(mesh.visibility(p, glm::vec3(normal), 0) == 1.0f);
             CHECK(mesh.visibility(p, glm::vec3(-normal), 0) == 0.0f);
         }
+    }
+}
+
+namespace {
+
+/// Mean absolute difference to the exact short test over the floors and walls of rooms, for lights that face
+/// them.
+double error_in_rooms(ShortTest short_test, float radius) {
+    double sum = 0.0;
+    int count = 0;
+    for (std::uint64_t seed = 90; seed < 96; ++seed) {
+        test::Random random(seed);
+        const auto scene = test::thin_walls(random);
+        std::vector<Light> lights;
+        for (int i = 0; i < 12; ++i)
+            lights.push_back(
+                lightmesh::PointLight{glm::vec3(random.in_box({-4.5, -4.5, 0.5}, {4.5, 4.5, 1.9}))});
+        const lightmesh::LightMesh exact{test::PlainTracer{&scene}, lights,
+                                         settings_of(radius, 4.0f, ShortTest::exact)};
+        const lightmesh::LightMesh other{test::PlainTracer{&scene}, lights,
+                                         settings_of(radius, 4.0f, short_test)};
+        std::vector<float> expected(lights.size());
+        std::vector<float> values(lights.size());
+        for (const test::SurfacePoint& p : test::surface_points(random, scene, 250)) {
+            if (std::abs(p.position.z) == 2.0f && p.position.z * p.normal.z > 0.0f)
+                continue;  // Outside.
+            exact.visibility(p.position, p.normal, std::span<float>{expected});
+            other.visibility(p.position, p.normal, std::span<float>{values});
+            for (std::size_t i = 0; i < values.size(); ++i) {
+                const glm::vec3 way = std::get<lightmesh::PointLight>(lights[i]).position - p.position;
+                if (glm::dot(way, p.normal) < 0.0f)
+                    continue;
+                sum += std::abs(static_cast<double>(values[i]) - static_cast<double>(expected[i]));
+                ++count;
+            }
+        }
+    }
+    return sum / count;
+}
+
+}  // namespace
+
+TEST_CASE("linked short tests leave a small part of Express's leaks") {
+    for (const float radius : {0.5f, 1.0f}) {
+        const double linked = error_in_rooms(ShortTest::linked, radius);
+        const double express = error_in_rooms(ShortTest::none, radius);
+        CAPTURE(radius);
+        CAPTURE(linked);
+        CAPTURE(express);
+        CHECK(express > 0.002);
+        CHECK(linked < 0.1 * express);
+        MESSAGE("radius " << radius << ": " << linked << " of " << express);
     }
 }
 
@@ -222,7 +282,7 @@ struct Placed {
     std::vector<float> values(bool grid_moves_along) const {
         test::Random random(8);
         std::vector<Triangle> scene = test::boxes_on_floor(random, 4);
-        const auto points = test::surface_points(random, scene, 400);
+        const auto points = test::surface_points(random, scene, 600);
         std::vector<Light> lights = test::random_lights(random, 6);
         for (Triangle& t : scene)
             t = {Vec((*this)(glm::vec3(t.a))), Vec((*this)(glm::vec3(t.b))), Vec((*this)(glm::vec3(t.c)))};
@@ -275,7 +335,7 @@ TEST_CASE("a scaled or moved scene has the same values") {
         int between = 0;
         for (const float s : expected)
             between += s > 0.0f && s < 1.0f;
-        CHECK(between > 50);
+        CHECK(between > 30);
         for (const double scale : {1e-3, 1e3}) {
             CAPTURE(scale);
             // Only what lies within float rounding of an edge may change: about 1 value in 50, by one light

@@ -159,7 +159,8 @@ inline std::vector<lightmesh::Light> random_lights(Random& random, int count) {
     std::vector<lightmesh::Light> lights;
     for (int i = 0; i < count; ++i) {
         const glm::vec3 position(random.in_box(Vec(-scene_size), Vec(scene_size)));
-        const glm::vec3 direction(random.uniform(0.5, 2.0) * random.direction());
+        const double length = random.uniform(0.5, 2.0);
+        const glm::vec3 direction(length * random.direction());
         const float range = static_cast<float>(random.uniform(4.0, 12.0));
         const float cone = static_cast<float>(random.uniform(0.6, 3.0));
         lightmesh::PointLight lamp{position};
