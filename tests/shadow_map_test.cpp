@@ -164,6 +164,29 @@ TEST_SUITE("shadow map") {
         }
     }
 
+    TEST_CASE("surfaces do not shade themselves, up to 85 degrees off the perpendicular") {
+        test::BoxScene scene;
+        scene.boxes.push_back({{-20.0f, -20.0f, -2.0f}, {20.0f, 20.0f, -1.0f}});
+        auto settings = settings_of(256);
+        settings.scene_bounds = scene.boxes.front();
+        test::Random random(12);
+        for (const lightmesh::Light& light :
+             {lightmesh::Light(lightmesh::PointLight{}),
+              lightmesh::Light(lightmesh::DirectionalLight{{10.0f, 3.0f, -1.0f}})}) {
+            const Map map({&scene}, light, settings);
+            int dark = 0;
+            for (int i = 0; i < 20000; ++i) {
+                const double angle = random.uniform(0.0, 6.28);
+                const double away = std::tan(random.uniform(0.0, 85.0) * 0.0174533);
+                dark +=
+                    map.visible(glm::vec3(glm::dvec3(away * std::cos(angle), away * std::sin(angle), -1.0)))
+                        ? 0
+                        : 1;
+            }
+            CHECK(dark == 0);
+        }
+    }
+
     TEST_CASE("resolution 1, 16 and 4096") {
         const auto scene = closed_room();
         for (const int resolution : {1, 16, 4096}) {
