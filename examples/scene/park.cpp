@@ -69,7 +69,7 @@ Materials add_materials(MeshBuilder& mesh) {
 struct Park {
     Scene scene;
     MeshBuilder mesh{scene};
-    Random random{2028145970};
+    Random random{100};
     Terrain terrain;
     Materials materials;
     std::vector<Path> paths;
@@ -102,6 +102,14 @@ float distance_to_paths(const Park& park, glm::vec2 p) {
     float closest = 1e9f;
     for (const Path& path : park.paths) {
         closest = (std::min)(closest, path.distance(p));
+    }
+    return closest;
+}
+
+float distance_to_any(const std::vector<glm::vec2>& places, glm::vec2 p) {
+    float closest = 1e9f;
+    for (const glm::vec2& place : places) {
+        closest = (std::min)(closest, glm::length(p - place));
     }
     return closest;
 }
@@ -190,12 +198,8 @@ void build_lamp(Park& park, glm::vec2 place, glm::vec2 towards) {
 }
 
 bool is_free_for_lamp(const Park& park, glm::vec2 place) {
-    for (const glm::vec2& lamp : park.lamps) {
-        if (glm::length(place - lamp) < 8.5f) {
-            return false;
-        }
-    }
-    return distance_to_paths(park, place) > path_half_width + 0.4f &&
+    return distance_to_any(park.lamps, place) > 8.5f &&
+           distance_to_paths(park, place) > path_half_width + 0.4f &&
            glm::length(place - view_from) > 24.0f && glm::length(place - pavilion_place) > 9.0f &&
            (std::max)(std::abs(place.x), std::abs(place.y)) < 70.0f;
 }
@@ -259,7 +263,8 @@ void build_benches(Park& park) {
             for (const float way : {1.0f, -1.0f}) {
                 const glm::vec2 outwards = way * path.left(i);
                 const glm::vec2 place = path.points()[i] + (path_half_width + 1.4f) * outwards;
-                if (distance_to_paths(park, place) > path_half_width + 1.0f &&
+                if (distance_to_any(park.lamps, place) > 3.2f &&
+                    distance_to_paths(park, place) > path_half_width + 1.0f &&
                     park.terrain.pond.distance(place) > 1.2f && glm::length(place - pavilion_place) > 9.0f) {
                     build_bench(park, place, -outwards);
                     break;
@@ -311,17 +316,8 @@ bool is_in_the_picture(glm::vec2 p) {
 }
 
 bool is_free_for_tree(const Park& park, glm::vec2 p, float spacing) {
-    for (const glm::vec2& tree : park.trees) {
-        if (glm::length(p - tree) < spacing) {
-            return false;
-        }
-    }
-    for (const glm::vec2& lamp : park.lamps) {
-        if (glm::length(p - lamp) < 3.0f) {
-            return false;
-        }
-    }
-    return park.terrain.pond.distance(p) > 1.35f && glm::length(p - pavilion_place) > 12.0f &&
+    return distance_to_any(park.trees, p) > spacing && distance_to_any(park.lamps, p) > 3.0f &&
+           park.terrain.pond.distance(p) > 1.35f && glm::length(p - pavilion_place) > 12.0f &&
            distance_to_paths(park, p) > path_half_width + 1.5f && is_in_the_picture(p);
 }
 

@@ -87,6 +87,9 @@ public:
             }
             travelled += length;
         }
+        if (travelled - (next - step) < 0.5f * step) {
+            points_.pop_back();  // a last step much shorter than the others has no safe direction
+        }
         points_.push_back(fine.back());
     }
 
