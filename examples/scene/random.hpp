@@ -13,6 +13,7 @@ namespace demo {
 
 /// PCG32 (O'Neill 2014). The scenes use nothing of <random>'s distributions: those differ between standard
 /// libraries.
+/// Never two calls in one expression, but in braces: compilers differ in which they do first.
 class Random {
 public:
     explicit Random(std::uint64_t seed) {

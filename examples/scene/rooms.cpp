@@ -165,8 +165,9 @@ void build_shelf(Rooms& rooms, float width, float height) {
             if (rooms.random.index(9) != 0) {
                 const float z = static_cast<float>(i) * gap + 0.025f;
                 mesh.use(rooms.materials.cloth[rooms.random.index(8)]);
-                mesh.box({x, -rooms.random.uniform(0.22f, 0.30f), z},
-                         {x + thickness, -0.03f, z + rooms.random.uniform(0.20f, 0.30f)}, false);
+                const float book_depth = rooms.random.uniform(0.22f, 0.30f);
+                const float book_height = rooms.random.uniform(0.20f, 0.30f);
+                mesh.box({x, -book_depth, z}, {x + thickness, -0.03f, z + book_height}, false);
             }
             x += thickness + 0.004f;
         }
@@ -377,8 +378,9 @@ void build_lamp(Rooms& rooms, glm::vec3 middle) {
     rooms.mesh.tube({0, 0, 2.36f}, {0, 0, 2.56f}, 0.20f, 0.06f, 20);
     rooms.mesh.disc({0, 0, 2.56f}, {0, 0, 1}, 0.06f, 20);
     rooms.mesh.disc({0, 0, 2.40f}, {0, 0, -1}, 0.168f, 20);
-    rooms.scene.lights.push_back({lightmesh::PointLight{middle + glm::vec3{0, 0, 2.30f}},
-                                  rooms.random.uniform(4.2f, 5.6f) * tints[rooms.random.index(3)]});
+    const float strength = rooms.random.uniform(4.2f, 5.6f);
+    const glm::vec3 tint = tints[rooms.random.index(3)];
+    rooms.scene.lights.push_back({lightmesh::PointLight{middle + glm::vec3{0, 0, 2.30f}}, strength * tint});
 }
 
 /// A frame with its back to the middle of a wall (0: north, then clockwise), `along` metres from the wall's
@@ -441,7 +443,9 @@ void furnish(Rooms& rooms, int column, int row) {
         break;
     }
     for (const glm::vec2 p : {glm::vec2{2.55f, -2.55f}, glm::vec2{-2.55f, 2.55f}}) {
-        rooms.mesh.place(middle + glm::vec3{p, 0}, rooms.random.uniform(), rooms.random.uniform(0.8f, 1.15f));
+        const float turns = rooms.random.uniform();
+        const float size = rooms.random.uniform(0.8f, 1.15f);
+        rooms.mesh.place(middle + glm::vec3{p, 0}, turns, size);
         build_plant(rooms);
     }
 }
