@@ -76,7 +76,8 @@ public:
                      QueryStatistics* spent = nullptr) const {
         if (light >= lights_.size())
             throw_no_such_light(light);
-        return Query(*this, spent).one(point, normal, light);
+        detail::BrickPoints memory[detail::Hemisphere::max_entries];
+        return Query(*this, point, normal, spent).one(light, memory);
     }
 
     /// S_i(P) of every light, in one pass over the neighbours: much cheaper than light by light, and the same
@@ -85,8 +86,15 @@ public:
                     QueryStatistics* spent = nullptr) const {
         if (all.size() != lights_.size())
             throw_wrong_size("visibilities", all.size(), lights_.size());
-        Query(*this, spent).all(point, normal, all);
+        detail::BrickPoints memory[detail::Hemisphere::max_entries];
+        Query(*this, point, normal, spent).all(all, memory);
     }
+
+    /// S_i(P) of every light for many points, which share the rays' batches: the same values, faster for
+    /// points near to each other (a tile of pixels). `all` is row-major, a row of `light_count()` for each
+    /// point. Throws std::invalid_argument unless there are as many normals and rows as points.
+    void visibility(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
+                    std::span<float> all, QueryStatistics* spent = nullptr) const;
 
     /// What the mesh holds by now. Walks over all of it.
     MeshStatistics statistics() const {
@@ -117,6 +125,10 @@ private:
         std::atomic<std::uint64_t> long_rays{0};
         std::atomic<std::uint64_t> link_rays{0};
     };
+
+    /// Finds the seeds of the linked short test for the queries whose numbers are in `waiting`, with rays in
+    /// batches, and does the test.
+    void find_seeds(std::span<std::optional<Query>> queries, std::span<std::size_t> waiting) const;
 
     /// Finds the units in `missing` (see `BrickTile`) by long tests and stores them.
     void fill(detail::Brick& brick, std::size_t tile, std::uint64_t missing) const;
@@ -154,18 +166,26 @@ LightMesh(Tracer, Source, const Lights&, Settings) -> LightMesh<Tracer, detail::
 template <class Tracer, class LongTest, class Kernel>
 class LightMesh<Tracer, LongTest, Kernel>::Query {
 public:
-    Query(const LightMesh& mesh, QueryStatistics* spent)
-        : mesh_(mesh), lights_(mesh.lights_), spent_(spent) {}
+    /// `spent` may be null.
+    Query(const LightMesh& mesh, const glm::vec3& point, const glm::vec3& normal, QueryStatistics* spent)
+        : mesh_(&mesh), spent_(spent), point_(point), normal_(detail::unit_or_zero(normal)),
+          is_valid_(detail::is_finite(point) && detail::is_finite(normal)) {
+        if (is_valid_)
+            mesh.grid_.locate(point);  // Throws, also where no light reaches.
+        if (spent_ != nullptr)
+            ++spent_->points;
+    }
 
-    float one(const glm::vec3& point, const glm::vec3& normal, std::size_t light) {
-        if (!begin(point, normal))
+    /// S of one light. `memory` has `Hemisphere::max_entries` places.
+    float one(std::size_t light, detail::BrickPoints* memory) {
+        if (!is_valid_)
             return std::numeric_limits<float>::quiet_NaN();
-        if (!lights_.reaches(light, point_, normal_))
+        if (!lights().reaches(light, point_, normal_))
             return 0.0f;
-        find_neighbours();
-        if (mesh_.settings_.short_test == ShortTest::linked) {
+        find_neighbours(memory);
+        if (short_test() == ShortTest::linked) {
             link_neighbours();
-        } else if (mesh_.settings_.short_test == ShortTest::exact) {
+        } else if (short_test() == ShortTest::exact) {
             const int lit = count_lit(light);
             const bool agree = lit == 0 || lit == neighbours_.point_count();
             if (agree && sees_any_neighbour())
@@ -180,85 +200,117 @@ public:
         return static_cast<float>(count_lit(light)) / static_cast<float>(count);
     }
 
-    void all(const glm::vec3& point, const glm::vec3& normal, std::span<float> values) {
-        if (!begin(point, normal)) {
-            std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
+    /// S of all lights. `memory` as for `one`.
+    void all(std::span<float> values, detail::BrickPoints* memory) {
+        if (answers_without_neighbours(values))
             return;
-        }
-        const bool short_tests = mesh_.settings_.short_test != ShortTest::none;
-        if (short_tests && !any_light_reaches()) {
-            std::ranges::fill(values, 0.0f);
-            return;
-        }
-        find_neighbours();
-        if (!short_tests || neighbours_.point_count() == 0) {
-            average(values);
-        } else if (mesh_.settings_.short_test == ShortTest::linked) {
+        find_neighbours(memory);
+        if (short_test() == ShortTest::linked)
             link_neighbours();
-            average(values);
-        } else if (average(values) && sees_any_neighbour()) {
-            // Every light is seen by all neighbours or by none: which of them P sees does not matter.
-        } else {
-            test_neighbours();
-            average(values);
-        }
+        const bool agree = average(values);
+        if (short_test() != ShortTest::exact || neighbours_.point_count() == 0)
+            return;
+        // If each light is seen by all neighbours or by none, it does not matter which of them P sees.
+        if (agree && sees_any_neighbour())
+            return;
+        test_neighbours();
+        average(values);
     }
 
-private:
-    using Reaching = std::array<std::uint8_t, detail::lights_per_tile>;
-
-    bool begin(const glm::vec3& point, const glm::vec3& normal) {
-        if (spent_ != nullptr)
-            ++spent_->points;
-        if (!detail::is_finite(point) || !detail::is_finite(normal))
+    /// Whether the point or the normal is not finite, or no light reaches the point; then the values are set.
+    bool answers_without_neighbours(std::span<float> values) {
+        if (!is_valid_)
+            std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
+        else if (!any_light_reaches())
+            std::ranges::fill(values, 0.0f);
+        else
             return false;
-        mesh_.grid_.locate(point);  // Throws, also where no light reaches.
-        point_ = point;
-        normal_ = detail::unit_or_zero(normal);
         return true;
     }
 
-    bool any_light_reaches() const {
-        for (std::size_t t = 0; t < lights_.tile_count(); ++t) {
-            Reaching reaching;
-            lights_.find_reaching(t, point_, normal_, reaching.data());
-            if (groups_with_any(reaching) != 0)
-                return true;
-        }
-        return false;
+    /// The hemisphere neighbours. Returns how many places of `memory` are taken.
+    std::size_t find_neighbours(detail::BrickPoints* memory) {
+        const detail::Hemisphere hemisphere(mesh_->grid_, point_, normal_);
+        neighbours_.template find<Kernel>(hemisphere, mesh_->state_->bricks, memory);
+        corners_ = {mesh_->grid_, point_, normal_};
+        return neighbours_.entries().size();
     }
 
-    void find_neighbours() {
-        hemisphere_.emplace(mesh_.grid_, point_, normal_);
-        neighbours_.template find<Kernel>(*hemisphere_, mesh_.state_->bricks);
-    }
-
-    /// The short test over links.
-    void link_neighbours() {
-        for (const detail::BrickPoints& entry : neighbours_.entries()) {
-            const std::uint32_t missing = detail::cell_bits(entry.points) & ~entry.brick->links().known();
-            if (missing != 0) [[unlikely]]
-                mesh_.fill_links(*entry.brick, missing);
-        }
-        detail::LinkedNeighbours linked(neighbours_, *hemisphere_);
-        const glm::vec3 end = surface_end();
-        detail::NearestCorners corners(mesh_.grid_, point_, normal_);
-        for (int i = 0; i < corners.count; ++i) {
-            const glm::ivec3 corner = corners.next();
-            if (!linked.contains(corner))
+    /// The segment to the next light point that may be the seed of the linked short test; false if there is
+    /// none left.
+    bool next_seed(Segment& segment) {
+        while (!corners_.empty()) {
+            seed_ = corners_.next();
+            if (!neighbours_.contains(seed_))
                 continue;
             if (spent_ != nullptr)
                 ++spent_->short_rays;
-            if (mesh_.tracer_.occluded(Segment{end, mesh_.grid_.position(corner)}))
-                continue;
-            if (linked.all_linked())
-                return;
-            linked.spread_from(corner);
-            neighbours_.narrow(
-                [&](const detail::BrickPoints& entry) { return linked.reached(*entry.brick); });
-            return;
+            segment = {surface_end(), mesh_->grid_.position(seed_)};
+            return true;
         }
         neighbours_.clear();
+        return false;
+    }
+
+    /// The linked short test, P being known to see the seed.
+    void link_to_seed() {
+        for (const detail::BrickPoints& entry : neighbours_.entries()) {
+            const std::uint32_t missing = detail::cell_bits(entry.points) & ~entry.brick->links().known();
+            if (missing != 0) [[unlikely]]
+                mesh_->fill_links(*entry.brick, missing);
+        }
+        detail::LinkedNeighbours linked(neighbours_);
+        if (linked.all_linked())
+            return;
+        linked.spread_from(seed_);
+        neighbours_.narrow([&](const detail::BrickPoints& entry) { return linked.reached(*entry.brick); });
+    }
+
+    /// Equation (3) for all lights. True if for each light that reaches P all neighbours agree, and there are
+    /// some.
+    bool average(std::span<float> values) {
+        const int count = neighbours_.point_count();
+        if (count == 0) {
+            trace_shadow_rays(values);
+            return false;
+        }
+        bool agree = true;
+        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
+            const auto first = t * detail::lights_per_tile;
+            agree &= average_tile(t, count,
+                                  values.subspan(first, static_cast<std::size_t>(lights().tile_size(t))));
+        }
+        return agree;
+    }
+
+private:
+    /// One byte a light: 1 if it can reach P.
+    using Reaching = std::array<std::uint8_t, detail::lights_per_tile>;
+
+    const detail::LightTable& lights() const { return mesh_->lights_; }
+    ShortTest short_test() const { return mesh_->settings_.short_test; }
+
+    const Reaching& reaching(std::size_t tile) {
+        if (tile != reaching_tile_) {
+            lights().find_reaching(tile, point_, normal_, reaching_.data());
+            reaching_tile_ = tile;
+        }
+        return reaching_;
+    }
+
+    bool any_light_reaches() {
+        for (std::size_t t = 0; t < lights().tile_count(); ++t)
+            if (groups_with_any(reaching(t)) != 0)
+                return true;
+        return false;
+    }
+
+    void link_neighbours() {
+        Segment segment;
+        while (next_seed(segment)) {
+            if (!mesh_->tracer_.occluded(segment))
+                return link_to_seed();
+        }
     }
 
     /// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
@@ -269,7 +321,7 @@ private:
                 if (spent_ != nullptr)
                     ++spent_->short_rays;
                 const glm::ivec3 index = detail::index_of(*entry.brick, std::countr_zero(rest));
-                if (!mesh_.tracer_.occluded(Segment{end, mesh_.grid_.position(index)}))
+                if (!mesh_->tracer_.occluded(Segment{end, mesh_->grid_.position(index)}))
                     return true;
             }
         }
@@ -285,9 +337,9 @@ private:
             std::size_t size = 0;
             for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
                 const glm::ivec3 index = detail::index_of(*entry.brick, std::countr_zero(rest));
-                segments[size++] = {end, mesh_.grid_.position(index)};
+                segments[size++] = {end, mesh_->grid_.position(index)};
             }
-            detail::trace(mesh_.tracer_, std::span(segments).first(size), std::span(hit).first(size));
+            detail::trace(mesh_->tracer_, std::span(segments).first(size), std::span(hit).first(size));
             if (spent_ != nullptr)
                 spent_->short_rays += size;
             std::uint64_t seen = 0;
@@ -299,34 +351,16 @@ private:
         });
     }
 
-    /// Equation (3) for all lights. True if for each light that reaches P all neighbours agree, and there are
-    /// some.
-    bool average(std::span<float> values) {
-        const int count = neighbours_.point_count();
-        if (count == 0) {
-            trace_shadow_rays(values);
-            return false;
-        }
-        bool agree = true;
-        for (std::size_t t = 0; t < lights_.tile_count(); ++t) {
-            const auto first = t * detail::lights_per_tile;
-            agree &=
-                average_tile(t, count, values.subspan(first, static_cast<std::size_t>(lights_.tile_size(t))));
-        }
-        return agree;
-    }
-
     bool average_tile(std::size_t tile, int count, std::span<float> values) {
-        Reaching reaching;
-        lights_.find_reaching(tile, point_, normal_, reaching.data());
-        const std::uint32_t groups = groups_with_any(reaching);
+        const Reaching& reaches = reaching(tile);
+        const std::uint32_t groups = groups_with_any(reaches);
         alignas(64) std::array<std::uint16_t, detail::lights_per_tile> lit{};
         if (groups != 0)
             add_lit(tile, groups, lit.data());
         // Plain loops of fixed length, for the sake of vector instructions.
         std::uint32_t mixed = 0;
         for (std::size_t l = 0; l < lit.size(); ++l) {
-            lit[l] = static_cast<std::uint16_t>(lit[l] & -reaching[l]);
+            lit[l] = static_cast<std::uint16_t>(lit[l] & -reaches[l]);
             mixed |= static_cast<std::uint32_t>(lit[l]) * (static_cast<std::uint32_t>(count) - lit[l]);
         }
         const auto whole = static_cast<float>(count);
@@ -356,7 +390,7 @@ private:
         constexpr int capacity = 256;
         std::array<detail::CellRow, capacity + detail::cells_per_brick> rows;
         int size = 0;
-        const auto stride = static_cast<std::size_t>(lights_.tile_groups(tile));
+        const auto stride = static_cast<std::size_t>(lights().tile_groups(tile));
         for (const detail::BrickPoints& entry : neighbours_.entries()) {
             const std::uint8_t* lit_in_brick = known_tile(entry, tile, groups).rows();
             std::uint64_t cells = detail::cells_in(entry.points) & detail::every_byte;
@@ -378,7 +412,7 @@ private:
     int count_lit(std::size_t light) {
         const std::size_t tile = light / detail::lights_per_tile;
         const std::size_t place = light % detail::lights_per_tile;
-        const auto stride = static_cast<std::size_t>(8 * lights_.tile_groups(tile));
+        const auto stride = static_cast<std::size_t>(8 * lights().tile_groups(tile));
         int lit = 0;
         for (const detail::BrickPoints& entry : neighbours_.entries()) {
             const std::uint8_t* lit_in_brick = known_tile(entry, tile, 1u << (place / 8)).rows();
@@ -399,12 +433,12 @@ private:
         const std::uint64_t needed = detail::cells_in(entry.points) & (groups * detail::every_byte);
         const std::uint64_t missing = needed & ~tile.known();
         if (missing != 0) [[unlikely]]
-            mesh_.fill(*entry.brick, t, missing);
+            mesh_->fill(*entry.brick, t, missing);
         return tile;
     }
 
     glm::vec3 surface_end() const {
-        return detail::surface_end(point_, normal_, static_cast<float>(mesh_.grid_.step()));
+        return detail::surface_end(point_, normal_, static_cast<float>(mesh_->grid_.step()));
     }
 
     void note_empty() {
@@ -416,29 +450,97 @@ private:
     float shadow_ray(std::size_t light) {
         if (spent_ != nullptr)
             ++spent_->shadow_rays;
-        return mesh_.tracer_.occluded(lights_.shadow_segment(light, surface_end())) ? 0.0f : 1.0f;
+        return mesh_->tracer_.occluded(lights().shadow_segment(light, surface_end())) ? 0.0f : 1.0f;
     }
 
     void trace_shadow_rays(std::span<float> values) {
         note_empty();
-        for (std::size_t t = 0; t < lights_.tile_count(); ++t) {
-            Reaching reaching;
-            lights_.find_reaching(t, point_, normal_, reaching.data());
-            for (int l = 0; l < lights_.tile_size(t); ++l) {
+        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
+            const Reaching& reaches = reaching(t);
+            for (int l = 0; l < lights().tile_size(t); ++l) {
                 const std::size_t light = t * detail::lights_per_tile + static_cast<std::size_t>(l);
-                values[light] = reaching[static_cast<std::size_t>(l)] != 0 ? shadow_ray(light) : 0.0f;
+                values[light] = reaches[static_cast<std::size_t>(l)] != 0 ? shadow_ray(light) : 0.0f;
             }
         }
     }
 
-    const LightMesh& mesh_;
-    const detail::LightTable& lights_;
+    const LightMesh* mesh_;
     QueryStatistics* spent_;
-    glm::vec3 point_{0.0f};
-    glm::vec3 normal_{0.0f};
-    std::optional<detail::Hemisphere> hemisphere_;
+    glm::vec3 point_;
+    glm::vec3 normal_;
+    bool is_valid_;
     detail::Neighbours neighbours_;
+    detail::NearestCorners corners_;
+    glm::ivec3 seed_{0};
+    std::size_t reaching_tile_ = (std::numeric_limits<std::size_t>::max)();
+    Reaching reaching_;
 };
+
+template <class Tracer, class LongTest, class Kernel>
+void LightMesh<Tracer, LongTest, Kernel>::visibility(std::span<const glm::vec3> points,
+                                                     std::span<const glm::vec3> normals, std::span<float> all,
+                                                     QueryStatistics* spent) const {
+    if (normals.size() != points.size())
+        throw_wrong_size("normals", normals.size(), points.size());
+    if (all.size() != points.size() * lights_.size())
+        throw_wrong_size("visibilities", all.size(), points.size() * lights_.size());
+    if (lights_.size() == 0)
+        return;
+    detail::BrickPoints memory[2 * detail::Hemisphere::max_entries];
+    if (settings_.short_test != ShortTest::linked) {
+        for (std::size_t i = 0; i < points.size(); ++i)
+            Query(*this, points[i], normals[i], spent)
+                .all(all.subspan(i * lights_.size(), lights_.size()), memory);
+        return;
+    }
+    // As many points at once as there are places for segments and for neighbours.
+    std::array<std::optional<Query>, detail::most_segments> queries;
+    for (std::size_t done = 0; done < points.size();) {
+        std::array<std::size_t, detail::most_segments> waiting;
+        std::size_t waiting_count = 0;
+        std::size_t taken = 0;
+        std::size_t count = 0;
+        for (; count < queries.size() && done + count < points.size(); ++count) {
+            if (taken + detail::Hemisphere::max_entries > std::size(memory))
+                break;
+            Query& query = queries[count].emplace(*this, points[done + count], normals[done + count], spent);
+            const auto values = all.subspan((done + count) * lights_.size(), lights_.size());
+            if (query.answers_without_neighbours(values)) {
+                queries[count].reset();
+                continue;
+            }
+            taken += query.find_neighbours(memory + taken);
+            waiting[waiting_count++] = count;
+        }
+        find_seeds(queries, std::span(waiting).first(waiting_count));
+        for (std::size_t i = 0; i < count; ++i)
+            if (queries[i])
+                queries[i]->average(all.subspan((done + i) * lights_.size(), lights_.size()));
+        done += count;
+    }
+}
+
+template <class Tracer, class LongTest, class Kernel>
+void LightMesh<Tracer, LongTest, Kernel>::find_seeds(std::span<std::optional<Query>> queries,
+                                                     std::span<std::size_t> waiting) const {
+    while (!waiting.empty()) {
+        std::array<Segment, detail::most_segments> segments;
+        std::array<std::uint8_t, detail::most_segments> hit;
+        std::size_t size = 0;
+        for (const std::size_t i : waiting)
+            if (queries[i]->next_seed(segments[size]))
+                waiting[size++] = i;
+        detail::trace(tracer_, std::span<const Segment>(segments).first(size), std::span(hit).first(size));
+        std::size_t still = 0;
+        for (std::size_t k = 0; k < size; ++k) {
+            if (hit[k] != 0)
+                waiting[still++] = waiting[k];
+            else
+                queries[waiting[k]]->link_to_seed();
+        }
+        waiting = waiting.first(still);
+    }
+}
 
 template <class Tracer, class LongTest, class Kernel>
 void LightMesh<Tracer, LongTest, Kernel>::fill(detail::Brick& brick, std::size_t t,

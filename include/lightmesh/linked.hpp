@@ -80,23 +80,14 @@ struct AxisSteps {
 class LinkedNeighbours {
 public:
     /// The links of all cells with neighbours in them must be known.
-    LinkedNeighbours(const Neighbours& neighbours, const Hemisphere& hemisphere)
-        : entries_(neighbours.entries()), first_(hemisphere.first_brick()),
-          bricks_(hemisphere.bricks()), stride_{1, static_cast<std::size_t>(bricks_.x) + 1, 0}, size_(0) {
+    explicit LinkedNeighbours(const Neighbours& neighbours)
+        : entries_(neighbours.entries()), first_(neighbours.first_brick()),
+          bricks_(neighbours.bricks()), stride_{1, static_cast<std::size_t>(bricks_.x) + 1, 0}, size_(0) {
         stride_[2] = stride_[1] * (static_cast<std::size_t>(bricks_.y) + 1);
         size_ = stride_[2] * (static_cast<std::size_t>(bricks_.z) + 2);
         std::fill_n(points_, size_, std::uint64_t{0});
         for (const BrickPoints& entry : entries_)
             points_[slot_of(*entry.brick)] = entry.points;
-    }
-
-    /// Whether a light point belongs to the hemisphere.
-    bool contains(const glm::ivec3& index) const {
-        const glm::ivec3 brick = brick_of(index) - first_;
-        for (int axis = 0; axis < 3; ++axis)
-            if (brick[axis] < 0 || brick[axis] >= bricks_[axis])
-                return false;
-        return (points_[slot_of(brick)] >> bit_of(index.x & 3, index.y & 3, index.z & 3) & 1) != 0;
     }
 
     /// Whether all neighbouring light points of the hemisphere are linked.
@@ -271,23 +262,27 @@ std::uint64_t fill_links(const Tracer& tracer, const Grid& grid, Brick& brick, s
 /// behind.
 class NearestCorners {
 public:
-    static constexpr int count = 8;
+    NearestCorners() = default;
 
     NearestCorners(const Grid& grid, const glm::vec3& point, const glm::vec3& unit_normal) {
         const double rounding = static_cast<double>(largest_component(point)) * 0x1p-20 / grid.step();
         const glm::dvec3 place = grid.locate(point) + (0x1p-8 + rounding) * glm::dvec3(unit_normal);
         low_ = {floor_to_int(place.x), floor_to_int(place.y), floor_to_int(place.z)};
         const glm::vec3 fraction(place - glm::dvec3(low_));
-        for (std::size_t c = 0; c < count; ++c) {
+        for (std::size_t c = 0; c < 8; ++c) {
             const glm::vec3 way = glm::vec3(step_to(c)) - fraction;
             squares_[c] = way.x * way.x + way.y * way.y + way.z * way.z;
         }
+        left_ = 8;
     }
 
-    /// To be called `count` times.
+    bool empty() const { return left_ == 0; }
+
+    /// Only if not `empty`.
     glm::ivec3 next() {
         const auto nearest = std::min_element(squares_.begin(), squares_.end());
         *nearest = std::numeric_limits<float>::infinity();
+        --left_;
         return low_ + step_to(static_cast<std::size_t>(nearest - squares_.begin()));
     }
 
@@ -297,8 +292,9 @@ private:
                 static_cast<int>(corner >> 2)};
     }
 
-    glm::ivec3 low_;
-    std::array<float, count> squares_;
+    glm::ivec3 low_{0};
+    std::array<float, 8> squares_{};
+    int left_ = 0;
 };
 
 }  // namespace lightmesh::detail

@@ -26,12 +26,16 @@ inline glm::ivec3 index_of(const Brick& brick, int bit) {
     return brick_side * brick.place() + place_of(bit);
 }
 
-/// An interpolation set, brick by brick. Lives on the stack of a query.
+/// An interpolation set, brick by brick, in memory of the caller's.
 class Neighbours {
 public:
-    /// The hemisphere neighbours; makes the bricks that are missing.
+    /// The hemisphere neighbours; makes the bricks that are missing. `memory` has a place for each brick of
+    /// the hemisphere's box.
     template <class Kernel>
-    void find(const Hemisphere& hemisphere, BrickMap& bricks) {
+    void find(const Hemisphere& hemisphere, BrickMap& bricks, BrickPoints* memory) {
+        entries_ = memory;
+        first_brick_ = hemisphere.first_brick();
+        bricks_ = hemisphere.bricks();
         RegionWindow regions(hemisphere, bricks);
         const glm::ivec3 first = hemisphere.first_brick();
         const int columns = hemisphere.bricks().x;
@@ -53,6 +57,18 @@ public:
 
     std::span<BrickPoints> entries() { return {entries_, size_}; }
     std::span<const BrickPoints> entries() const { return {entries_, size_}; }
+
+    /// The box of bricks: index of its first brick, and number of bricks, in each axis.
+    const glm::ivec3& first_brick() const { return first_brick_; }
+    const glm::ivec3& bricks() const { return bricks_; }
+
+    bool contains(const glm::ivec3& index) const {
+        const glm::ivec3 place(index.x >> 2, index.y >> 2, index.z >> 2);
+        for (const BrickPoints& entry : entries())
+            if (entry.brick->place() == place)
+                return (entry.points >> bit_of(index.x & 3, index.y & 3, index.z & 3) & 1) != 0;
+        return false;
+    }
 
     /// m of equation (3).
     int point_count() const { return point_count_; }
@@ -127,9 +143,11 @@ private:
         std::array<Region*, side * side * side> regions_;
     };
 
+    BrickPoints* entries_ = nullptr;
     std::size_t size_ = 0;
     int point_count_ = 0;
-    BrickPoints entries_[Hemisphere::max_entries];
+    glm::ivec3 first_brick_{0};
+    glm::ivec3 bricks_{0};
 };
 
 }  // namespace lightmesh::detail
