@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "image/image.hpp"
+#include "render/embree_scene.hpp"
+#include "render/visibility.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+namespace demo {
+
+struct RenderOptions {
+    int width = 960;
+    int height = 720;
+    int samples = 1;      ///< per pixel: stratified, in [1, 64]
+    int depth_limit = 5;  ///< mirrored and refracted rays after each other
+    int threads = 0;      ///< 0: all cores
+};
+
+struct RenderStatistics {
+    std::uint64_t primary_rays = 0;
+    std::uint64_t secondary_rays = 0;  ///< mirrored and refracted
+    std::uint64_t shading_points = 0;
+    VisibilityCost visibility;
+    double seconds = 0.0;          ///< from start to end
+    double seconds_tracing = 0.0;  ///< in primary and secondary rays, summed over threads
+    double seconds_shading = 0.0;  ///< in materials, summed over threads
+    bool finished = true;          ///< false if cancelled: the picture has black tiles
+};
+
+/// Called now and then while rendering, from any thread but one at a time: the share that is done, 0..1.
+using Progress = std::function<void(double done)>;
+
+/// Whitted's ray tracer, equation (1): recursion by k_s and k_t, Lambert and Blinn-Phong for Omega, visibility from
+/// elsewhere. The picture is the same to the last bit for any number of threads. `cancel` may be set by a signal handler.
+Image render(const EmbreeScene& scene, const Visibility& visibility, const RenderOptions& options,
+             RenderStatistics& statistics, const Progress& progress = {}, const std::atomic<bool>* cancel = nullptr);
+
+}  // namespace demo
