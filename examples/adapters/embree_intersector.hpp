@@ -17,6 +17,8 @@
 #include <span>
 #include <utility>
 
+namespace demo {
+
 /// Asks an Embree scene whether segments are blocked. Copies share the scene, which stays alive as long as any of them.
 /// The scene must be committed, and must not change while a light mesh uses it.
 class EmbreeIntersector {
@@ -110,3 +112,5 @@ private:
 
     RTCScene scene_;
 };
+
+}  // namespace demo

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+
+#include "render/embree_scene.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <cstddef>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace demo {
+
+namespace {
+
+[[noreturn]] void throw_embree_error(RTCDevice device, const char* what) {
+    const RTCError code = rtcGetDeviceError(device);
+    throw std::runtime_error("Embree: " + std::string(what) + " failed with error " + std::to_string(code));
+}
+
+void check(RTCDevice device, const char* what) {
+    const RTCError code = rtcGetDeviceError(device);
+    if (code != RTC_ERROR_NONE)
+        throw std::runtime_error("Embree: " + std::string(what) + " failed with error " + std::to_string(code));
+}
+
+RTCGeometry make_geometry(RTCDevice device, const Scene& scene) {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                  3 * sizeof(float), scene.positions.size()));
+    auto* indices = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t),
+                                scene.triangles.size()));
+    if (positions == nullptr || indices == nullptr) {
+        rtcReleaseGeometry(geometry);
+        throw_embree_error(device, "allocating the triangles");
+    }
+    for (const glm::vec3& position : scene.positions)
+        for (int axis = 0; axis < 3; ++axis)
+            *positions++ = position[axis];
+    for (const Triangle& triangle : scene.triangles)
+        for (const std::uint32_t vertex : triangle.vertex)
+            *indices++ = vertex;
+    rtcCommitGeometry(geometry);
+    return geometry;
+}
+
+glm::vec3 interpolated_normal(const Scene& scene, const Triangle& triangle, float u, float v) {
+    const glm::vec3& a = scene.normals[triangle.vertex[0]];
+    const glm::vec3& b = scene.normals[triangle.vertex[1]];
+    const glm::vec3& c = scene.normals[triangle.vertex[2]];
+    return (1.0f - u - v) * a + u * b + v * c;
+}
+
+}  // namespace
+
+EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevice(nullptr)) {
+    if (!device_)
+        throw_embree_error(nullptr, "opening the device");
+    handle_.reset(rtcNewScene(device_.get()));
+    check(device_.get(), "making the scene");
+    RTCGeometry geometry = make_geometry(device_.get(), scene);
+    rtcAttachGeometry(handle_.get(), geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(handle_.get());
+    check(device_.get(), "building the BVH");
+}
+
+std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction) const {
+    RTCRayHit query{};
+    query.ray.org_x = origin.x;
+    query.ray.org_y = origin.y;
+    query.ray.org_z = origin.z;
+    query.ray.dir_x = direction.x;
+    query.ray.dir_y = direction.y;
+    query.ray.dir_z = direction.z;
+    query.ray.tfar = std::numeric_limits<float>::infinity();
+    query.ray.mask = ~0u;
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+    rtcIntersect1(handle_.get(), &query);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(handle_.get(), &context, &query);
+#endif
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return std::nullopt;
+
+    const Triangle& triangle = scene_.triangles[query.hit.primID];
+    const glm::vec3& a = scene_.positions[triangle.vertex[0]];
+    const glm::vec3& b = scene_.positions[triangle.vertex[1]];
+    const glm::vec3& c = scene_.positions[triangle.vertex[2]];
+    const float u = query.hit.u;
+    const float v = query.hit.v;
+    Hit hit{};
+    // By its weights on the triangle a point is more precise than by the length of the ray.
+    hit.position = (1.0f - u - v) * a + u * b + v * c;
+    glm::vec3 normal = glm::normalize(glm::cross(b - a, c - a));
+    hit.from_inside = glm::dot(normal, direction) > 0.0f;
+    hit.geometric_normal = hit.from_inside ? -normal : normal;
+    hit.shading_normal = hit.geometric_normal;
+    if (!scene_.normals.empty()) {
+        const glm::vec3 smooth = interpolated_normal(scene_, triangle, u, v);
+        const float length = glm::length(smooth);
+        if (length > 0.0f)
+            hit.shading_normal = smooth / (glm::dot(smooth, hit.geometric_normal) < 0.0f ? -length : length);
+    }
+    hit.material = triangle.material;
+    return hit;
+}
+
+}  // namespace demo
