@@ -2,8 +2,13 @@
 
 #include "render/embree_scene.hpp"
 
+#include "scene/light_rig.hpp"
+
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
@@ -13,27 +18,26 @@ namespace demo {
 
 namespace {
 
-[[noreturn]] void throw_embree_error(RTCDevice device, const char* what) {
-    const RTCError code = rtcGetDeviceError(device);
+[[noreturn]] void throw_embree_error(RTCError code, const char* what) {
     throw std::runtime_error("Embree: " + std::string(what) + " failed with error " + std::to_string(code));
 }
 
 void check(RTCDevice device, const char* what) {
     const RTCError code = rtcGetDeviceError(device);
     if (code != RTC_ERROR_NONE)
-        throw std::runtime_error("Embree: " + std::string(what) + " failed with error " + std::to_string(code));
+        throw_embree_error(code, what);
 }
 
 RTCGeometry make_geometry(RTCDevice device, const Scene& scene) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                                  3 * sizeof(float), scene.positions.size()));
+    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), scene.positions.size()));
     auto* indices = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t),
-                                scene.triangles.size()));
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), scene.triangles.size()));
     if (positions == nullptr || indices == nullptr) {
         rtcReleaseGeometry(geometry);
-        throw_embree_error(device, "allocating the triangles");
+        throw_embree_error(rtcGetDeviceError(device), "allocating the triangles");
     }
     for (const glm::vec3& position : scene.positions)
         for (int axis = 0; axis < 3; ++axis)
@@ -55,8 +59,13 @@ glm::vec3 interpolated_normal(const Scene& scene, const Triangle& triangle, floa
 }  // namespace
 
 EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevice(nullptr)) {
+    const Bounds bounds = bounds_of(scene);
+    const glm::vec3 farthest = glm::max(glm::abs(bounds.low), glm::abs(bounds.high));
+    diagonal_ = bounds.diagonal();
+    offset_ = 0x1p-18f * ((std::max)({farthest.x, farthest.y, farthest.z}) + diagonal_);
     if (!device_)
-        throw_embree_error(nullptr, "opening the device");
+        throw_embree_error(rtcGetDeviceError(nullptr), "opening the device");
+    const auto start = std::chrono::steady_clock::now();
     handle_.reset(rtcNewScene(device_.get()));
     check(device_.get(), "making the scene");
     RTCGeometry geometry = make_geometry(device_.get(), scene);
@@ -64,6 +73,7 @@ EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevi
     rtcReleaseGeometry(geometry);
     rtcCommitScene(handle_.get());
     check(device_.get(), "building the BVH");
+    seconds_building_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction) const {

@@ -24,12 +24,23 @@ struct Hit {
 /// A scene's triangles in an Embree BVH. Const members may be used by any number of threads.
 class EmbreeScene {
 public:
-    /// Builds the BVH, on all cores. The scene must outlive this. Throws std::runtime_error with Embree's own words.
+    /// Builds the BVH, on all cores. The scene must outlive this. Throws std::runtime_error with Embree's own
+    /// words.
     explicit EmbreeScene(const Scene& scene);
 
     const Scene& scene() const { return scene_; }
     RTCScene handle() const { return handle_.get(); }
     EmbreeIntersector intersector() const { return EmbreeIntersector(handle_.get()); }
+
+    /// Seconds that the BVH took.
+    double seconds_building() const { return seconds_building_; }
+    /// How far rays leave surfaces behind them, along the normal: world units, by the size of the
+    /// coordinates.
+    float offset() const { return offset_; }
+    /// Of the box around all triangles.
+    float diagonal() const { return diagonal_; }
+    /// A distance beyond everything: where rays to directional lights end.
+    float far_away() const { return 2.0f * diagonal_; }
 
     /// The first surface on origin + t * direction, t > 0.
     std::optional<Hit> trace(const glm::vec3& origin, const glm::vec3& direction) const;
@@ -40,6 +51,9 @@ private:
         void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
     };
     const Scene& scene_;
+    double seconds_building_;
+    float offset_;
+    float diagonal_;
     std::unique_ptr<RTCDeviceTy, Release> device_;
     std::unique_ptr<RTCSceneTy, Release> handle_;
 };

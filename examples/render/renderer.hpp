@@ -14,8 +14,8 @@ namespace demo {
 struct RenderOptions {
     int width = 960;
     int height = 720;
-    int samples = 1;      ///< per pixel: stratified, in [1, 64]
-    int depth_limit = 5;  ///< mirrored and refracted rays after each other
+    int samples = 1;      ///< per pixel, stratified, in [1, 1024]; 1: through its middle
+    int depth_limit = 5;  ///< mirrored and refracted rays after each other, in [0, 100]
     int threads = 0;      ///< 0: all cores
 };
 
@@ -28,14 +28,18 @@ struct RenderStatistics {
     double seconds_tracing = 0.0;  ///< in primary and secondary rays, summed over threads
     double seconds_shading = 0.0;  ///< in materials, summed over threads
     bool finished = true;          ///< false if cancelled: the picture has black tiles
+
+    RenderStatistics& operator+=(const RenderStatistics& tile);
 };
 
-/// Called now and then while rendering, from any thread but one at a time: the share that is done, 0..1.
+/// Called now and then while rendering, from any thread but by one at a time: the share that is done, 0..1.
 using Progress = std::function<void(double done)>;
 
-/// Whitted's ray tracer, equation (1): recursion by k_s and k_t, Lambert and Blinn-Phong for Omega, visibility from
-/// elsewhere. The picture is the same to the last bit for any number of threads. `cancel` may be set by a signal handler.
+/// Whitted's ray tracer, equation (1): recursion by k_s and k_t, Lambert and Blinn-Phong for Omega,
+/// visibility from elsewhere. The picture is the same to the last bit for any number of threads. `cancel` may
+/// be set by a signal handler. Throws std::invalid_argument for options out of range.
 Image render(const EmbreeScene& scene, const Visibility& visibility, const RenderOptions& options,
-             RenderStatistics& statistics, const Progress& progress = {}, const std::atomic<bool>* cancel = nullptr);
+             RenderStatistics& statistics, const Progress& progress = {},
+             const std::atomic<bool>* cancel = nullptr);
 
 }  // namespace demo

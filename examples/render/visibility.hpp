@@ -8,8 +8,8 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -18,11 +18,11 @@
 
 namespace demo {
 
-/// Rays by kind, as far as an algorithm traces them itself.
+/// Rays from surface points by kind, and the time of the queries.
 struct VisibilityCost {
     std::uint64_t shadow_rays = 0;
     std::uint64_t short_rays = 0;
-    double seconds = 0.0;  ///< in visibility queries, summed over threads
+    double seconds = 0.0;  ///< summed over threads
 
     VisibilityCost& operator+=(const VisibilityCost& other) {
         shadow_rays += other.shadow_rays;
@@ -32,39 +32,67 @@ struct VisibilityCost {
     }
 };
 
-/// How lit surface points are: what the algorithms of `lightmesh-render` differ in. Const members may be used by any number
-/// of threads.
+/// Surface points, one in each place of all spans.
+struct SurfacePoints {
+    std::span<const glm::vec3> positions;
+    std::span<const glm::vec3> normals;    ///< geometric, unit length, on the shaded side
+    std::span<const std::uint32_t> seeds;  ///< random, but the same whenever the same picture is rendered
+};
+
+/// How lit surface points are: all that the algorithms of `lightmesh-render` differ in. Const members may be
+/// used by any number of threads.
 class Visibility {
 public:
     virtual ~Visibility() = default;
 
-    /// Row-major, a row of lights for each point: 0 in shadow to 1 lit. `seeds` are random numbers, one a point, that depend
-    /// on nothing but the point's place in the picture.
-    virtual void find(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
-                      std::span<const std::uint32_t> seeds, std::span<float> lit, VisibilityCost& cost) const = 0;
+    /// `lit` is row-major, a row of lights for each point: 0 in shadow to 1 lit.
+    virtual void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const = 0;
 
     /// Of the light mesh, if there is one.
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }
+    /// Of shadow maps and volumes outside a mesh.
+    virtual std::size_t bytes() const { return 0; }
 };
+
+enum class DepthSource { vulkan, embree };
 
 /// What the command line can ask of an algorithm.
 struct VisibilityOptions {
-    lightmesh::Settings settings;
-    int area_samples = 16;
-    float light_radius = 0.0f;  ///< of a sphere light; 0: as wide as the penumbra of the light mesh at mid-distance
+    lightmesh::Settings settings;  ///< its short test is that of `lmm`
+    int area_samples = 16;         ///< rays to each light, in [1, 1024]
+    float light_size = 0.0f;  ///< radius of `area`'s sphere lights in world units; 0: settings.radius / 10
+    DepthSource depth = DepthSource::vulkan;
+    std::string device;  ///< of Vulkan: an index or a part of its name; empty: the best
 };
 
 /// A way to find visibility, by the name that the command line knows it by.
 struct Algorithm {
     std::string name;
     std::string description;
-    std::function<std::unique_ptr<Visibility>(const EmbreeScene&, const VisibilityOptions&)> make;
 };
 
-/// All of them: whitted, area, lmm, linked, express.
+/// whitted, area, shadow-map, shadow-volume; lmm, linked, express, each also with +map and +volume.
 const std::vector<Algorithm>& algorithms();
 
-/// Throws std::runtime_error that names the algorithm and lists those there are.
-const Algorithm& find_algorithm(const std::string& name);
+/// Throws std::runtime_error that names the algorithm and lists those there are, and what the algorithm
+/// throws for options that do not fit.
+std::unique_ptr<Visibility> make_visibility(const std::string& algorithm, const EmbreeScene& scene,
+                                            const VisibilityOptions& options);
+
+// The families behind `make_visibility`.
+
+/// One shadow ray per point and facing light.
+std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene);
+/// Rays to stratified points of sphere lights.
+std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const VisibilityOptions& options);
+/// Hard shadows by a look-up in a shadow map for each light.
+std::unique_ptr<Visibility> make_shadow_maps(const EmbreeScene& scene, const VisibilityOptions& options);
+/// Hard shadows by shadow volumes.
+std::unique_ptr<Visibility> make_shadow_volumes(const EmbreeScene& scene);
+
+enum class LongTests { rays, maps, volumes };
+/// A light mesh with the short test of options.settings.
+std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
+                                            LongTests long_tests);
 
 }  // namespace demo

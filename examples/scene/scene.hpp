@@ -68,6 +68,9 @@ Scene make_spheres();
 Scene make_park();
 Scene make_rooms();
 
+/// The lights as a light mesh takes them.
+std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene);
+
 /// Names of the built-in scenes, as `load_scene` takes them.
 const std::vector<std::string>& built_in_scenes();
 

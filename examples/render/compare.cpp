@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "render/commands.hpp"
+#include "render/options.hpp"
+#include "render/run.hpp"
+#include "render/text_table.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+
+namespace demo {
+
+namespace {
+
+struct CompareOptions : CommonOptions {
+    std::vector<std::string> algorithms{"whitted", "lmm", "linked", "express"};
+    std::string reference = "lmm";
+    std::string output;
+    float amplification = 8.0f;
+    bool exr = false;
+};
+
+std::vector<std::string> with_reference(const CompareOptions& options) {
+    std::vector<std::string> names;
+    for (const std::string& name : options.algorithms)
+        if (std::ranges::find(names, name) == names.end())
+            names.push_back(name);
+    if (std::ranges::find(names, options.reference) == names.end())
+        names.push_back(options.reference);
+    return names;
+}
+
+std::string comparison_table(const std::vector<Run>& runs, const Run& reference, const EmbreeScene& scene) {
+    TextTable table;
+    table.add_row({"algorithm", "seconds", "shadows: s of all threads", "ns per point and light",
+                   "rays from points", "rays of the mesh", "memory", "mean abs. difference",
+                   "RMS difference"});
+    table.add_rule();
+    for (const Run& made : runs) {
+        const VisibilityCost& cost = made.statistics.visibility;
+        const auto pairs = static_cast<double>(made.statistics.shading_points) *
+                           static_cast<double>(scene.scene().lights.size());
+        table.add_row({made.algorithm, fixed(made.seconds(), 2), fixed(cost.seconds, 2),
+                       pairs > 0.0 ? fixed(1e9 * cost.seconds / pairs, 2) : "-",
+                       grouped(cost.shadow_rays + cost.short_rays),
+                       made.mesh ? grouped(made.mesh->long_rays + made.mesh->link_rays) : "-",
+                       bytes_text(made.bytes),
+                       fixed(mean_absolute_difference(made.image, reference.image), 5),
+                       fixed(rms_difference(made.image, reference.image), 5)});
+    }
+    return "scene " + scene.scene().name + ": " + grouped(scene.scene().triangles.size()) + " triangles, " +
+           grouped(scene.scene().lights.size()) + " lights, " + grouped(reference.statistics.shading_points) +
+           " surface points; BVH in " + fixed(scene.seconds_building(), 2) + " s; differences are to " +
+           reference.algorithm + "\n" + table.text();
+}
+
+void write_text(const std::string& text, const std::filesystem::path& file) {
+    std::ofstream stream(file);
+    stream << text;
+    stream.close();
+    if (!stream)
+        throw std::runtime_error("cannot write " + file.string());
+}
+
+std::string caption_of(const Run& made, const Run& reference) {
+    return made.algorithm + ": " + fixed(made.seconds(), 2) + " s, shadows " +
+           fixed(made.statistics.visibility.seconds, 2) + " s of all threads\ndifference to " +
+           reference.algorithm + " " + fixed(mean_absolute_difference(made.image, reference.image), 5);
+}
+
+/// Writes all pictures, their differences and a sheet of them.
+void write_comparison(const std::vector<Run>& runs, const Run& reference, const CompareOptions& options) {
+    const std::filesystem::path folder = options.output;
+    std::vector<CaptionedImage> pictures;
+    std::vector<CaptionedImage> differences;
+    for (const Run& made : runs) {
+        write_png(made.image, folder / (made.algorithm + ".png"));
+        if (options.exr)
+            write_exr(made.image, folder / (made.algorithm + ".exr"));
+        pictures.push_back({made.image, caption_of(made, reference)});
+        if (&made == &reference)
+            continue;
+        Image difference = difference_picture(made.image, reference.image, options.amplification);
+        write_png(difference, folder / (made.algorithm + "-difference.png"));
+        differences.push_back(
+            {std::move(difference), made.algorithm + " - " + reference.algorithm + ", times " +
+                                        fixed(static_cast<double>(options.amplification), 0) + ", negated"});
+    }
+    write_png(side_by_side(pictures), folder / "sheet.png");
+    if (!differences.empty())
+        write_png(side_by_side(differences), folder / "differences.png");
+}
+
+int compare(const CompareOptions& options) {
+    const Scene scene = load_scene(options);
+    const EmbreeScene embree(scene);
+    prepare_folder(options.output);
+    const VisibilityOptions visibility = visibility_options(options, scene);
+    std::vector<Run> runs;
+    for (const std::string& name : with_reference(options)) {
+        runs.push_back(run(name, embree, visibility, options.render));
+        if (!runs.back().statistics.finished) {
+            for (const Run& made : runs)
+                write_png(made.image, std::filesystem::path(options.output) / (made.algorithm + ".png"));
+            std::cerr << "interrupted: the pictures so far are in " << options.output
+                      << ", the last one not finished\n";
+            return exit_interrupted;
+        }
+    }
+    const Run& reference = *std::ranges::find(runs, options.reference, &Run::algorithm);
+    write_comparison(runs, reference, options);
+    const std::string table = comparison_table(runs, reference, embree);
+    write_text(table, std::filesystem::path(options.output) / "table.txt");
+    std::cout << table << "pictures: " << options.output << "/sheet.png, differences.png and one by one\n";
+    return 0;
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& program, int& status) {
+    const auto options = std::make_shared<CompareOptions>();
+    CLI::App* command = program.add_subcommand("compare", "render one view by several algorithms");
+    add_scene_options(*command, *options);
+    const CLI::IsMember known(algorithm_names());
+    command->add_option("-a,--algorithms", options->algorithms, "with commas between them")
+        ->delimiter(',')
+        ->check(known)
+        ->capture_default_str();
+    command->add_option("--reference", options->reference, "what the others are compared with")
+        ->check(known)
+        ->capture_default_str();
+    command->add_option("-o,--output", options->output, "folder for all files")->required();
+    command->add_option("--amplify", options->amplification, "how much differences are amplified")
+        ->check(CLI::Range(1.0f, 1000.0f))
+        ->capture_default_str();
+    command->add_flag("--exr", options->exr, "also write the linear values as EXR files");
+    add_render_options(*command, *options);
+    command->callback([options, &status] { status = compare(*options); });
+}
+
+}  // namespace demo

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "scene/scene.hpp"
+
+#include <lightmesh/segment.hpp>
+
+#include <glm/vec3.hpp>
+
+namespace demo {
+
+/// What a light does to a point if nothing stands between them.
+struct Illumination {
+    glm::vec3 to_light;    ///< unit length
+    glm::vec3 irradiance;  ///< on a surface that faces the light; 0 out of range and outside the cone
+};
+
+/// Inverse squares for point and spot lights, windowed to end smoothly at the light's range (as glTF's
+/// KHR_lights_punctual does); the cone's fall-off is smooth from `inner_cone` to the cone.
+Illumination illuminate(const SceneLight& light, const glm::vec3& point);
+
+/// The segment of a hard shadow ray. It leaves the surface by `offset` along the normal (world units); one to
+/// a directional light ends `far` away.
+lightmesh::Segment shadow_segment(const SceneLight& light, const glm::vec3& point, const glm::vec3& normal,
+                                  float offset, float far_away);
+
+}  // namespace demo

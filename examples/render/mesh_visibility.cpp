@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "adapters/embree_depth_renderer.hpp"
+#include "adapters/vulkan_depth_renderer.hpp"
+#include "render/depth_renderers.hpp"
+#include "render/scene_occluders.hpp"
+#include "render/visibility.hpp"
+
+#include <lightmesh/lightmesh.hpp>
+
+#include <chrono>
+#include <utility>
+
+namespace demo {
+
+namespace {
+
+template <class Mesh>
+class MeshVisibility final : public Visibility {
+public:
+    explicit MeshVisibility(Mesh mesh) : mesh_(std::move(mesh)) {}
+
+    void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
+        const auto start = std::chrono::steady_clock::now();
+        lightmesh::QueryStatistics spent;
+        mesh_.visibility(points.positions, points.normals, lit, &spent);
+        cost.short_rays += spent.short_rays;
+        cost.shadow_rays += spent.shadow_rays;
+        cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
+
+private:
+    Mesh mesh_;
+};
+
+template <class Mesh>
+std::unique_ptr<Visibility> visibility_of(Mesh mesh) {
+    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh));
+}
+
+}  // namespace
+
+std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
+                                            LongTests long_tests) {
+    const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
+    const lightmesh::Settings& settings = options.settings;
+    switch (long_tests) {
+    case LongTests::maps:
+        return with_depth_renderer(scene, options, [&](auto renderer) {
+            return visibility_of(
+                lightmesh::LightMesh{scene.intersector(), std::move(renderer), lights, settings});
+        });
+    case LongTests::volumes:
+        return visibility_of(
+            lightmesh::LightMesh{scene.intersector(), SceneOccluders(scene.scene()), lights, settings});
+    case LongTests::rays:
+        break;
+    }
+    return visibility_of(lightmesh::LightMesh{scene.intersector(), lights, settings});
+}
+
+}  // namespace demo

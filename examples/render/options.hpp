@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "render/renderer.hpp"
+#include "render/visibility.hpp"
+#include "scene/scene.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace demo {
+
+/// What all commands of `lightmesh-render` take.
+struct CommonOptions {
+    std::string scene;
+    std::size_t lights = 0;        ///< 0: the scene's own
+    std::optional<float> radius;   ///< else the scene's own
+    std::optional<float> quality;  ///< else the scene's own
+    std::string short_test = "exact";
+    std::string depth = "vulkan";
+    RenderOptions render;
+    VisibilityOptions visibility;
+};
+
+/// The options about pictures and machines.
+void add_render_options(CLI::App& command, CommonOptions& options);
+/// The options about scenes and algorithms.
+void add_scene_options(CLI::App& command, CommonOptions& options);
+/// The names of all algorithms.
+std::vector<std::string> algorithm_names();
+
+/// Loads the scene with its remarks on the screen, and spreads the lights over it that the options ask for.
+Scene load_scene(const CommonOptions& options);
+
+/// The options with what they leave to the scene.
+VisibilityOptions visibility_options(const CommonOptions& options, const Scene& scene);
+
+}  // namespace demo

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "render/illumination.hpp"
+#include "render/visibility.hpp"
+#include "scene/random.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <variant>
+
+namespace demo {
+
+namespace {
+
+/// Segments on their way to the tracer, each with the value that it adds to if it is open.
+class Batch {
+public:
+    explicit Batch(const EmbreeIntersector& tracer) : tracer_(tracer) {}
+
+    void add(const lightmesh::Segment& segment, float& value, float share) {
+        segments_[size_] = segment;
+        values_[size_] = &value;
+        shares_[size_++] = share;
+        if (size_ == segments_.size())
+            flush();
+    }
+
+    void flush() {
+        tracer_.occluded(std::span(segments_).first(size_), std::span(hit_).first(size_));
+        for (std::size_t i = 0; i < size_; ++i)
+            if (hit_[i] == 0)
+                *values_[i] += shares_[i];
+        rays_ += size_;
+        size_ = 0;
+    }
+
+    std::uint64_t rays() const { return rays_; }
+
+private:
+    const EmbreeIntersector& tracer_;
+    std::array<lightmesh::Segment, 64> segments_;
+    std::array<float*, 64> values_;
+    std::array<float, 64> shares_;
+    std::array<std::uint8_t, 64> hit_;
+    std::size_t size_ = 0;
+    std::uint64_t rays_ = 0;
+};
+
+/// Shadow rays to points of the lights, as a subclass chooses them.
+class RayVisibility : public Visibility {
+public:
+    RayVisibility(const EmbreeScene& scene, float light_size)
+        : scene_(scene), light_size_(light_size), tracer_(scene.intersector()) {}
+
+    void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
+        const auto start = std::chrono::steady_clock::now();
+        const std::vector<SceneLight>& lights = scene_.scene().lights;
+        std::ranges::fill(lit, 0.0f);
+        Batch batch(tracer_);
+        for (std::size_t i = 0; i < points.positions.size(); ++i) {
+            for (std::size_t l = 0; l < lights.size(); ++l) {
+                const Illumination light = illuminate(lights[l], points.positions[i]);
+                if (glm::dot(points.normals[i], light.to_light) < 0.0f || light.irradiance == glm::vec3(0.0f))
+                    continue;
+                const lightmesh::Segment middle = shadow_segment(
+                    lights[l], points.positions[i], points.normals[i], scene_.offset(), scene_.far_away());
+                const auto seed = points.seeds[i] ^ (static_cast<std::uint32_t>(l) * 0x9e3779b9u);
+                add_rays(batch, middle, size_at_target(lights[l]), seed, lit[i * lights.size() + l]);
+            }
+        }
+        batch.flush();
+        cost.shadow_rays += batch.rays();
+        cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+protected:
+    /// Rays for one point and light; the shares that they add to `value` make 1.
+    virtual void add_rays(Batch& batch, const lightmesh::Segment& middle, float size, std::uint32_t seed,
+                          float& value) const = 0;
+
+private:
+    /// Radius of the light where the segment ends. A directional light is as wide as a lamp at half of the
+    /// scene's diagonal.
+    float size_at_target(const SceneLight& light) const {
+        const bool is_far = std::holds_alternative<lightmesh::DirectionalLight>(light.shape);
+        return is_far ? light_size_ * scene_.far_away() / (0.5f * scene_.diagonal()) : light_size_;
+    }
+
+    const EmbreeScene& scene_;
+    float light_size_;
+    EmbreeIntersector tracer_;
+};
+
+class HardShadows final : public RayVisibility {
+public:
+    explicit HardShadows(const EmbreeScene& scene) : RayVisibility(scene, 0.0f) {}
+
+protected:
+    void add_rays(Batch& batch, const lightmesh::Segment& middle, float, std::uint32_t,
+                  float& value) const override {
+        batch.add(middle, value, 1.0f);
+    }
+};
+
+/// Lights as spheres: the disc of the sphere that faces the point, in strata of equal area.
+class AreaShadows final : public RayVisibility {
+public:
+    AreaShadows(const EmbreeScene& scene, int samples, float size)
+        : RayVisibility(scene, size), samples_(samples),
+          rings_(static_cast<int>(std::sqrt(static_cast<float>(samples)))) {}
+
+protected:
+    void add_rays(Batch& batch, const lightmesh::Segment& middle, float size, std::uint32_t seed,
+                  float& value) const override {
+        const glm::vec3 axis = glm::normalize(middle.target - middle.origin);
+        const glm::vec3 other = std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
+        const glm::vec3 right = glm::normalize(glm::cross(axis, other));
+        const glm::vec3 up = glm::cross(right, axis);
+        Random random(seed);
+        for (int s = 0; s < samples_; ++s) {
+            // Ring by ring; each ring has its share of the samples, and of the disc's area.
+            const int ring = s * rings_ / samples_;
+            const int first = (ring * samples_ + rings_ - 1) / rings_;
+            const int count = ((ring + 1) * samples_ + rings_ - 1) / rings_ - first;
+            const float inner = static_cast<float>(first) / static_cast<float>(samples_);
+            const float width = static_cast<float>(count) / static_cast<float>(samples_);
+            const float radius = size * std::sqrt(inner + width * random.uniform());
+            const float turn = (static_cast<float>(s - first) + random.uniform()) / static_cast<float>(count);
+            const glm::vec2 around = circle_point(turn);
+            batch.add({middle.origin, middle.target + radius * (around.x * right + around.y * up)}, value,
+                      1.0f / static_cast<float>(samples_));
+        }
+    }
+
+private:
+    int samples_;
+    int rings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene) {
+    return std::make_unique<HardShadows>(scene);
+}
+
+std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const VisibilityOptions& options) {
+    if (options.area_samples < 1 || options.area_samples > 1024)
+        throw std::invalid_argument("area lights take 1 to 1024 rays, not " +
+                                    std::to_string(options.area_samples));
+    const float size = options.light_size > 0.0f ? options.light_size : options.settings.radius / 10.0f;
+    return std::make_unique<AreaShadows>(scene, options.area_samples, size);
+}
+
+}  // namespace demo

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT
+#include "render/renderer.hpp"
+
+#include "render/shading.hpp"
+#include "scene/random.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace demo {
+
+namespace {
+
+constexpr int tile_size = 16;
+/// Places for visibilities that a thread holds at most, for points times lights.
+constexpr std::size_t most_visibilities = std::size_t{1} << 18;
+/// Rays that add less than this to a pixel are not traced.
+constexpr float least_weight = 1.0f / 512.0f;
+
+class Stopwatch {
+public:
+    double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point start_ = Clock::now();
+};
+
+/// Rays through the pixels of a picture.
+class View {
+public:
+    View(const Camera& camera, int width, int height) : width_(width), height_(height), eye_(camera.eye) {
+        forward_ = glm::normalize(camera.target - camera.eye);
+        const glm::vec3 right = glm::normalize(glm::cross(forward_, camera.up));
+        const float half = std::tan(0.5f * camera.vertical_field_of_view);
+        right_ = right * (half * static_cast<float>(width) / static_cast<float>(height));
+        up_ = glm::cross(right, forward_) * half;
+    }
+
+    const glm::vec3& eye() const { return eye_; }
+
+    /// (column, row) in pixels, row 0 on top.
+    glm::vec3 direction(float column, float row) const {
+        const float x = 2.0f * column / static_cast<float>(width_) - 1.0f;
+        const float y = 1.0f - 2.0f * row / static_cast<float>(height_);
+        return glm::normalize(forward_ + x * right_ + y * up_);
+    }
+
+private:
+    int width_;
+    int height_;
+    glm::vec3 eye_;
+    glm::vec3 forward_;
+    glm::vec3 right_;
+    glm::vec3 up_;
+};
+
+/// A ray on its way, and the share of a pixel that it brings.
+struct PathRay {
+    glm::vec3 origin;
+    glm::vec3 direction;
+    glm::vec3 weight;
+    int pixel;
+    int depth;
+};
+
+/// Tiles are rendered in three steps, each for many points at once: rays are followed to all surfaces that
+/// add to a pixel, the visibility of the lights is found there, the points are shaded.
+class Tile {
+public:
+    Tile(const EmbreeScene& scene, const Visibility& visibility, const RenderOptions& options)
+        : scene_(scene), visibility_(visibility), options_(options),
+          most_points_((std::max)(
+              std::size_t{1}, most_visibilities / (std::max)(std::size_t{1}, scene.scene().lights.size()))) {}
+
+    /// Renders the pixels from (left, top) on, as far as there are any, into `image`.
+    void render(const View& view, int left, int top, Image& image) {
+        const Stopwatch watch;
+        const int width = (std::min)(tile_size, image.width - left);
+        const int height = (std::min)(tile_size, image.height - top);
+        colours_.assign(static_cast<std::size_t>(width * height), glm::vec3(0.0f));
+        for (int pixel = 0; pixel < width * height; ++pixel) {
+            const int column = left + pixel % width;
+            const int row = top + pixel / width;
+            random_ = Random(static_cast<std::uint64_t>(row) * static_cast<std::uint64_t>(image.width) +
+                             static_cast<std::uint64_t>(column));
+            follow_samples(view, column, row, pixel);
+        }
+        shade_points();
+        statistics_.seconds_tracing =
+            watch.seconds() - statistics_.visibility.seconds - statistics_.seconds_shading;
+        for (int pixel = 0; pixel < width * height; ++pixel)
+            image.at(left + pixel % width, top + pixel / width) = colours_[static_cast<std::size_t>(pixel)];
+    }
+
+    const RenderStatistics& statistics() const { return statistics_; }
+
+private:
+    const Scene& model() const { return scene_.scene(); }
+
+    void follow_samples(const View& view, int column, int row, int pixel) {
+        const auto count = static_cast<float>(options_.samples);
+        const glm::vec2 shift{random_.uniform(), random_.uniform()};
+        for (int s = 0; s < options_.samples; ++s) {
+            const glm::vec2 place =
+                options_.samples == 1 ? glm::vec2(0.5f) : glm::fract(sample_place(s) + shift);
+            const glm::vec3 direction =
+                view.direction(static_cast<float>(column) + place.x, static_cast<float>(row) + place.y);
+            ++statistics_.primary_rays;
+            rays_.push_back({view.eye(), direction, glm::vec3(1.0f / count), pixel, 0});
+            follow_rays();
+        }
+    }
+
+    /// The s-th place of a Hammersley set.
+    glm::vec2 sample_place(int s) const {
+        float y = 0.0f;
+        float half = 0.5f;
+        for (int digits = s; digits != 0; digits /= 2, half *= 0.5f)
+            y += static_cast<float>(digits % 2) * half;
+        return {(static_cast<float>(s) + 0.5f) / static_cast<float>(options_.samples), y};
+    }
+
+    void follow_rays() {
+        while (!rays_.empty()) {
+            const PathRay ray = rays_.back();
+            rays_.pop_back();
+            const std::optional<Hit> hit = scene_.trace(ray.origin, ray.direction);
+            if (hit)
+                add_point(ray, *hit);
+            else
+                colours_[static_cast<std::size_t>(ray.pixel)] += ray.weight * model().background;
+        }
+    }
+
+    void add_point(const PathRay& ray, const Hit& hit) {
+        hits_.push_back(hit);
+        arrivals_.push_back(ray);
+        positions_.push_back(hit.position);
+        normals_.push_back(hit.geometric_normal);
+        seeds_.push_back(random_.next());
+        follow_on(ray, hit);
+        if (hits_.size() == most_points_)
+            shade_points();
+    }
+
+    void follow_on(const PathRay& ray, const Hit& hit) {
+        if (ray.depth >= options_.depth_limit)
+            return;
+        const Material& material = model().materials[hit.material];
+        const glm::vec3 way = scene_.offset() * hit.geometric_normal;
+        const glm::vec3 mirrored = glm::reflect(ray.direction, hit.shading_normal);
+        follow_on(ray, hit.position + way, mirrored, material.k_s);
+        const glm::vec3 through = refracted(hit, ray.direction, material.refraction_index);
+        const bool enters = glm::dot(through, hit.geometric_normal) < 0.0f;
+        follow_on(ray, hit.position + (enters ? -way : way), through, material.k_t);
+    }
+
+    void follow_on(const PathRay& ray, const glm::vec3& origin, const glm::vec3& direction, float share) {
+        const glm::vec3 weight = share * ray.weight;
+        if ((std::max)({weight.x, weight.y, weight.z}) * static_cast<float>(options_.samples) < least_weight)
+            return;
+        ++statistics_.secondary_rays;
+        rays_.push_back({origin, direction, weight, ray.pixel, ray.depth + 1});
+    }
+
+    void shade_points() {
+        const std::size_t light_count = model().lights.size();
+        lit_.resize(hits_.size() * light_count);
+        visibility_.find({positions_, normals_, seeds_}, lit_, statistics_.visibility);
+        const Stopwatch watch;
+        for (std::size_t i = 0; i < hits_.size(); ++i) {
+            const PathRay& ray = arrivals_[i];
+            const std::span<const float> lit = std::span(lit_).subspan(i * light_count, light_count);
+            colours_[static_cast<std::size_t>(ray.pixel)] +=
+                ray.weight * shade(model(), hits_[i], ray.direction, lit);
+        }
+        statistics_.seconds_shading += watch.seconds();
+        statistics_.shading_points += hits_.size();
+        hits_.clear();
+        arrivals_.clear();
+        positions_.clear();
+        normals_.clear();
+        seeds_.clear();
+    }
+
+    const EmbreeScene& scene_;
+    const Visibility& visibility_;
+    const RenderOptions& options_;
+    std::size_t most_points_;
+    RenderStatistics statistics_;
+    Random random_{0};  // the pixel's own
+    std::vector<PathRay> rays_;
+    std::vector<glm::vec3> colours_;
+
+    // The points that wait to be shaded.
+    std::vector<Hit> hits_;
+    std::vector<PathRay> arrivals_;
+    std::vector<glm::vec3> positions_;
+    std::vector<glm::vec3> normals_;
+    std::vector<std::uint32_t> seeds_;
+    std::vector<float> lit_;
+};
+
+void require_in_range(const char* what, int value, int low, int high) {
+    if (value < low || value > high)
+        throw std::invalid_argument(std::string(what) + " must be in [" + std::to_string(low) + ", " +
+                                    std::to_string(high) + "], not " + std::to_string(value));
+}
+
+void check(const RenderOptions& options) {
+    require_in_range("the width", options.width, 1, 65536);
+    require_in_range("the height", options.height, 1, 65536);
+    require_in_range("samples", options.samples, 1, 1024);
+    require_in_range("the depth limit", options.depth_limit, 0, 100);
+    require_in_range("threads", options.threads, 0, 4096);
+}
+
+}  // namespace
+
+RenderStatistics& RenderStatistics::operator+=(const RenderStatistics& tile) {
+    primary_rays += tile.primary_rays;
+    secondary_rays += tile.secondary_rays;
+    shading_points += tile.shading_points;
+    visibility += tile.visibility;
+    seconds_tracing += tile.seconds_tracing;
+    seconds_shading += tile.seconds_shading;
+    return *this;
+}
+
+Image render(const EmbreeScene& scene, const Visibility& visibility, const RenderOptions& options,
+             RenderStatistics& statistics, const Progress& progress, const std::atomic<bool>* cancel) {
+    check(options);
+    const Stopwatch watch;
+    const View view(scene.scene().camera, options.width, options.height);
+    Image image(options.width, options.height);
+    const int columns = (options.width + tile_size - 1) / tile_size;
+    const int rows = (options.height + tile_size - 1) / tile_size;
+    statistics = {};
+    std::mutex one_at_a_time;
+    int done = 0;
+    const auto render_tile = [&](int index) {
+        if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
+            return;
+        Tile tile(scene, visibility, options);
+        tile.render(view, index % columns * tile_size, index / columns * tile_size, image);
+        const std::scoped_lock lock(one_at_a_time);
+        statistics += tile.statistics();
+        ++done;
+        if (progress)
+            progress(static_cast<double>(done) / static_cast<double>(columns * rows));
+    };
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] { tbb::parallel_for(0, columns * rows, render_tile); });
+    statistics.finished = done == columns * rows;
+    statistics.seconds = watch.seconds();
+    return image;
+}
+
+}  // namespace demo

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#include "render/run.hpp"
+
+#include "render/terminal.hpp"
+#include "render/text_table.hpp"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <stdexcept>
+#include <system_error>
+
+namespace demo {
+
+Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
+        const RenderOptions& options) {
+    Run made;
+    made.algorithm = algorithm;
+    const auto start = std::chrono::steady_clock::now();
+    const std::unique_ptr<Visibility> shadows = make_visibility(algorithm, scene, visibility);
+    made.seconds_preparing = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    ProgressBar bar(algorithm);
+    made.image = render(
+        scene, *shadows, options, made.statistics, [&](double done) { bar.show(done); }, &interrupted());
+    made.mesh = shadows->mesh();
+    made.bytes = made.mesh ? made.mesh->bytes : shadows->bytes();
+    return made;
+}
+
+std::string report(const Run& run, const EmbreeScene& scene) {
+    const RenderStatistics& spent = run.statistics;
+    const std::size_t lights = scene.scene().lights.size();
+    TextTable table;
+    table.add_row({"algorithm", run.algorithm});
+    table.add_row({"triangles", grouped(scene.scene().triangles.size())});
+    table.add_row({"lights", grouped(lights)});
+    table.add_row({"surface points", grouped(spent.shading_points)});
+    table.add_rule();
+    table.add_row({"seconds: BVH", fixed(scene.seconds_building(), 3)});
+    table.add_row({"seconds: preparing shadows", fixed(run.seconds_preparing, 3)});
+    table.add_row({"seconds: rendering", fixed(spent.seconds, 3)});
+    table.add_row({"  of all threads: rays to surfaces", fixed(spent.seconds_tracing, 3)});
+    table.add_row({run.mesh ? "  of all threads: light mesh" : "  of all threads: shadows",
+                   fixed(spent.visibility.seconds, 3)});
+    table.add_row({"  of all threads: shading", fixed(spent.seconds_shading, 3)});
+    table.add_rule();
+    table.add_row({"primary rays", grouped(spent.primary_rays)});
+    table.add_row({"mirrored and refracted rays", grouped(spent.secondary_rays)});
+    table.add_row({"shadow rays", grouped(spent.visibility.shadow_rays)});
+    if (run.mesh) {
+        table.add_row({"short rays", grouped(spent.visibility.short_rays)});
+        table.add_row({"long rays", grouped(run.mesh->long_rays)});
+        table.add_row({"link rays", grouped(run.mesh->link_rays)});
+        table.add_row({"long tests", grouped(run.mesh->long_tests)});
+        table.add_row({"light points", grouped(run.mesh->light_points)});
+    }
+    table.add_row({run.mesh ? "memory of the mesh" : "memory of maps and volumes", bytes_text(run.bytes)});
+    const double pairs = static_cast<double>(spent.shading_points) * static_cast<double>(lights);
+    table.add_row(
+        {"ns per point and light", pairs > 0.0 ? fixed(1e9 * spent.visibility.seconds / pairs, 2) : "-"});
+    return table.text();
+}
+
+void prepare_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+        throw std::runtime_error("cannot make the folder " + folder.string() + ": " + error.message());
+    std::string name = (folder / ".lightmesh-XXXXXX").string();
+    const int file = mkstemp(name.data());
+    if (file < 0) {
+        const std::error_code reason(errno, std::generic_category());
+        throw std::runtime_error("cannot write into the folder " + folder.string() + ": " + reason.message());
+    }
+    close(file);
+    unlink(name.c_str());
+}
+
+}  // namespace demo

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "image/image.hpp"
+#include "render/renderer.hpp"
+#include "render/visibility.hpp"
+
+#include <lightmesh/statistics.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace demo {
+
+/// A picture and what it took.
+struct Run {
+    std::string algorithm;
+    Image image;
+    RenderStatistics statistics;
+    double seconds_preparing = 0.0;  ///< until the first ray: devices opened, triangles copied
+    std::optional<lightmesh::MeshStatistics> mesh;
+    std::size_t bytes = 0;  ///< of the mesh, or of maps and volumes
+
+    double seconds() const { return seconds_preparing + statistics.seconds; }
+};
+
+/// Renders one picture with a progress bar, until Ctrl-C.
+Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
+        const RenderOptions& options);
+
+/// What a run took, line by line.
+std::string report(const Run& run, const EmbreeScene& scene);
+
+/// Makes the folder if it is not there. Throws std::runtime_error that names it if no file can be written
+/// into it.
+void prepare_folder(const std::filesystem::path& folder);
+
+}  // namespace demo

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "render/terminal.hpp"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <utility>
+
+namespace demo {
+
+namespace {
+
+constexpr int bar_width = 40;
+
+std::atomic<bool> was_interrupted{false};
+
+void note_interrupt(int) {
+    was_interrupted.store(true, std::memory_order_relaxed);
+    std::signal(SIGINT, SIG_DFL);
+}
+
+}  // namespace
+
+ProgressBar::ProgressBar(std::string caption)
+    : caption_(std::move(caption)), is_terminal_(isatty(STDERR_FILENO) != 0) {
+    show(0.0);
+}
+
+ProgressBar::~ProgressBar() {
+    if (is_terminal_)
+        std::fprintf(stderr, "\r\033[K");
+}
+
+void ProgressBar::show(double done) {
+    const int percent = static_cast<int>(100.0 * done);
+    if (!is_terminal_ || percent == shown_percent_)
+        return;
+    shown_percent_ = percent;
+    const int full = percent * bar_width / 100;
+    std::fprintf(stderr, "\r%s [%s%s] %3d %%", caption_.c_str(), std::string(full, '#').c_str(),
+                 std::string(bar_width - full, '.').c_str(), percent);
+    std::fflush(stderr);
+}
+
+const std::atomic<bool>& interrupted() {
+    static const bool watches = [] {
+        std::signal(SIGINT, note_interrupt);
+        return true;
+    }();
+    static_cast<void>(watches);
+    return was_interrupted;
+}
+
+}  // namespace demo

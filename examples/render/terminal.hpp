@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "render/renderer.hpp"
+
+#include <atomic>
+#include <string>
+
+namespace demo {
+
+/// A progress bar on the error stream if that is a terminal, else nothing. It goes when this goes.
+class ProgressBar {
+public:
+    explicit ProgressBar(std::string caption);
+    ~ProgressBar();
+    ProgressBar(const ProgressBar&) = delete;
+    ProgressBar& operator=(const ProgressBar&) = delete;
+
+    void show(double done);
+
+private:
+    std::string caption_;
+    bool is_terminal_;
+    int shown_percent_ = -1;
+};
+
+/// True once the user has pressed Ctrl-C. From the first call on Ctrl-C does nothing else, but that a second
+/// one ends the program.
+const std::atomic<bool>& interrupted();
+
+}  // namespace demo

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "render/visibility.hpp"
+
+#include <functional>
+#include <stdexcept>
+
+namespace demo {
+
+namespace {
+
+using lightmesh::ShortTest;
+
+struct Entry {
+    Algorithm algorithm;
+    std::function<std::unique_ptr<Visibility>(const EmbreeScene&, const VisibilityOptions&)> make;
+};
+
+/// A light mesh; `short_test` if it is not for the options to choose.
+auto mesh_with(LongTests long_tests, std::optional<ShortTest> short_test) {
+    return [=](const EmbreeScene& scene, VisibilityOptions options) {
+        options.settings.short_test = short_test.value_or(options.settings.short_test);
+        return make_light_mesh(scene, options, long_tests);
+    };
+}
+
+void add_mesh_family(std::vector<Entry>& entries, const std::string& suffix, const std::string& by,
+                     LongTests long_tests) {
+    entries.push_back({{"lmm" + suffix, "light mesh, long tests by " + by + ", short tests by --short-test"},
+                       mesh_with(long_tests, std::nullopt)});
+    entries.push_back({{"linked" + suffix, "light mesh, long tests by " + by + ", short tests over links"},
+                       mesh_with(long_tests, ShortTest::linked)});
+    entries.push_back({{"express" + suffix, "light mesh, long tests by " + by + ", no short tests"},
+                       mesh_with(long_tests, ShortTest::none)});
+}
+
+std::vector<Entry> make_entries() {
+    std::vector<Entry> entries;
+    entries.push_back({{"whitted", "hard shadows, one ray per light"},
+                       [](const EmbreeScene& scene, const VisibilityOptions&) {
+                           return make_hard_shadows(scene);
+                       }});
+    entries.push_back({{"area", "sphere lights, --area-samples rays per light"}, make_area_shadows});
+    entries.push_back({{"shadow-map", "hard shadows by shadow maps alone"}, make_shadow_maps});
+    entries.push_back({{"shadow-volume", "hard shadows by shadow volumes alone"},
+                       [](const EmbreeScene& scene, const VisibilityOptions&) {
+                           return make_shadow_volumes(scene);
+                       }});
+    add_mesh_family(entries, "", "rays", LongTests::rays);
+    add_mesh_family(entries, "+map", "shadow maps", LongTests::maps);
+    add_mesh_family(entries, "+volume", "shadow volumes", LongTests::volumes);
+    return entries;
+}
+
+const std::vector<Entry>& entries() {
+    static const std::vector<Entry> made = make_entries();
+    return made;
+}
+
+}  // namespace
+
+const std::vector<Algorithm>& algorithms() {
+    static const std::vector<Algorithm> all = [] {
+        std::vector<Algorithm> list;
+        for (const Entry& entry : entries())
+            list.push_back(entry.algorithm);
+        return list;
+    }();
+    return all;
+}
+
+std::unique_ptr<Visibility> make_visibility(const std::string& algorithm, const EmbreeScene& scene,
+                                            const VisibilityOptions& options) {
+    std::string names;
+    for (const Entry& entry : entries()) {
+        if (entry.algorithm.name == algorithm)
+            return entry.make(scene, options);
+        names += (names.empty() ? "" : ", ") + entry.algorithm.name;
+    }
+    throw std::runtime_error("there is no algorithm '" + algorithm + "'; there are " + names);
+}
+
+}  // namespace demo
