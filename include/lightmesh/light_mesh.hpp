@@ -9,6 +9,7 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/linked.hpp>
 #include <lightmesh/long_test.hpp>
+#include <lightmesh/long_test_source.hpp>
 #include <lightmesh/neighbours.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
@@ -57,9 +58,12 @@ public:
         : tracer_(std::move(tracer)), grid_(settings), settings_(settings), lights_(lights, grid_),
           state_(std::make_unique<State>(lights_.tile_count())) {}
 
-    /// The same with long tests by something else than rays: `source` is a `DepthRenderer` for shadow maps
-    /// (LMM+ATK). Nothing is rendered before a query needs it. Throws std::invalid_argument also for a map
-    /// size out of range, and for a directional light if nobody knows the scene's bounds.
+    /// The same with long tests by something else than rays. `source` is either a `DepthRenderer`, for shadow
+    /// maps (LMM+ATK): nothing is rendered before a query needs it. Throws std::invalid_argument also for a
+    /// map size out of range, and for a directional light if nobody knows the scene's bounds. Or `source` is
+    /// `Occluders`, for shadow volumes (LMM+ATO): S as with rays but within rounding of a shadow's edge;
+    /// settings and bounds of shadow maps play no part. Throws what `OccluderTriangles` throws, which names a
+    /// triangle that is not finite.
     template <class Source>
     LightMesh(Tracer tracer, Source source, std::span<const Light> lights, const Settings& settings)
         : tracer_(std::move(tracer)), grid_(settings), settings_(settings), lights_(lights, grid_),

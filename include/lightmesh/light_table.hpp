@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/check.hpp>
+#include <lightmesh/check_light.hpp>
 #include <lightmesh/grid.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/ray_ends.hpp>
@@ -19,7 +20,6 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <numbers>
 #include <span>
 #include <string>
 #include <variant>
@@ -35,16 +35,14 @@ inline constexpr std::size_t lights_per_group = 8;
 /// The lights of a mesh, checked and laid out for loops over many of them.
 class LightTable {
 public:
-    /// Throws std::invalid_argument that names the light and the value for anything that is not finite (but a
-    /// range may be infinite), a range that is not greater than 0, a direction or axis of length 0, and a
-    /// cone outside (0, pi].
+    /// Throws what `check_light` throws.
     LightTable(std::span<const Light> lights, const Grid& grid)
         : lights_(lights.begin(), lights.end()),
           tiles_((lights.size() + lights_per_tile - 1) / lights_per_tile),
           step_(static_cast<float>(grid.step())), reach_(static_cast<float>(grid.step() * Grid::max_index)) {
         for (std::size_t i = 0; i < lights_.size(); ++i) {
             const std::string name = "light " + to_text(i);
-            std::visit([&](const auto& light) { check(light, name); }, lights_[i]);
+            check_light(lights_[i], name);
             std::visit(
                 [&](const auto& light) { tiles_[i / lights_per_tile].set(i % lights_per_tile, light); },
                 lights_[i]);
@@ -99,23 +97,6 @@ public:
     }
 
 private:
-    static void check(const PointLight& light, const std::string& name) {
-        require(is_finite(light.position), name + ": PointLight::position", light.position, "finite");
-        require(light.range > 0.0f, name + ": PointLight::range", light.range, "greater than 0");
-    }
-    static void check(const DirectionalLight& light, const std::string& name) {
-        require(is_finite(light.direction) && !is_zero(light.direction),
-                name + ": DirectionalLight::direction", light.direction, "finite and not zero");
-    }
-    static void check(const SpotLight& light, const std::string& name) {
-        require(is_finite(light.position), name + ": SpotLight::position", light.position, "finite");
-        require(is_finite(light.axis) && !is_zero(light.axis), name + ": SpotLight::axis", light.axis,
-                "finite and not zero");
-        require(light.cone > 0.0f && light.cone <= std::numbers::pi_v<float>, name + ": SpotLight::cone",
-                light.cone, "in (0, pi] radians");
-        require(light.range > 0.0f, name + ": SpotLight::range", light.range, "greater than 0");
-    }
-
     const glm::vec3& position_of(std::size_t light) const {
         if (const auto* point = std::get_if<PointLight>(&lights_[light]))
             return point->position;

@@ -8,7 +8,10 @@
 #include <lightmesh/grid.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/long_test_source.hpp>
+#include <lightmesh/occluders.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadow_map.hpp>
+#include <lightmesh/shadow_volume.hpp>
 #include <lightmesh/statistics.hpp>

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <lightmesh/light_table.hpp>
-#include <lightmesh/settings.hpp>
-#include <lightmesh/shadow_map.hpp>
 #include <lightmesh/trace.hpp>
 
 #include <glm/vec3.hpp>
@@ -11,13 +9,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
-#include <utility>
-#include <vector>
 
 /// V(L, x), the visibility of a light from a light point. A long test answers for one unit at a time (see
-/// `brick.hpp`).
+/// `brick.hpp`). Here what all of them share, and the one by rays.
 
 namespace lightmesh::detail {
 
@@ -94,66 +89,5 @@ public:
 
     std::size_t bytes() const { return 0; }
 };
-
-/// Long tests by looking into shadow maps (LMM+ATK); with `Settings::refine_shadow_maps`, by rays where a map
-/// cannot tell.
-template <DepthRenderer Renderer>
-class MapLongTest {
-public:
-    MapLongTest(Renderer renderer, std::span<const Light> lights, const Settings& settings)
-        : refine_(settings.refine_shadow_maps) {
-        const auto shared = std::make_shared<SharedDepthRenderer<Renderer>>(std::move(renderer));
-        const ShadowMapSettings map{.resolution = settings.shadow_map_size,
-                                    .scene_bounds = settings.scene_bounds};
-        maps_.reserve(lights.size());
-        for (std::size_t i = 0; i < lights.size(); ++i)
-            maps_.push_back(
-                std::make_unique<const ShadowMap<Renderer>>(shared, lights[i], map, "light " + to_text(i)));
-    }
-
-    template <Intersector Tracer>
-    std::uint64_t operator()(const Tracer& tracer, const LongTestUnit& unit, LongTestCost& cost) const {
-        PendingSegments pending;
-        std::uint64_t lit = 0;
-        unit.for_each_light([&](std::size_t light, int l) {
-            const ShadowMap<Renderer>& map = *maps_[light];
-            for (int p = 0; p < 8; ++p) {
-                const glm::vec3& point = unit.points[static_cast<std::size_t>(p)];
-                const int bit = 8 * l + p;
-                if (!refine_) {
-                    lit |= static_cast<std::uint64_t>(map.visible(point)) << bit;
-                    continue;
-                }
-                const ShadowMapLookup seen = map.look_up(point);
-                if (seen == ShadowMapLookup::edge)
-                    pending.add(unit.lights.long_segment(light, point), bit);
-                else
-                    lit |= static_cast<std::uint64_t>(seen == ShadowMapLookup::lit) << bit;
-            }
-            cost.tests += 8;
-        });
-        return lit | pending.trace_all(tracer, cost);
-    }
-
-    std::size_t bytes() const {
-        std::size_t sum = maps_.capacity() * sizeof maps_[0];
-        for (const auto& map : maps_)
-            sum += map->bytes();
-        return sum;
-    }
-
-private:
-    std::vector<std::unique_ptr<const ShadowMap<Renderer>>> maps_;
-    bool refine_;
-};
-
-/// The long test that a user's second adapter stands for.
-template <class Source>
-struct LongTestOf {
-    static_assert(check_depth_renderer<Source>());
-    using Type = MapLongTest<Source>;
-};
-template <class Source>
-using LongTestFrom = typename LongTestOf<Source>::Type;
 
 }  // namespace lightmesh::detail

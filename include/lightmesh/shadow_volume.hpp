@@ -44,9 +44,9 @@ namespace lightmesh {
 /// Range and cone of a light play no part: that is for the user of V. A point that is not finite is dark.
 class ShadowVolumes {
 public:
-    /// Triangles nearer to the light than `clearance`, along the way to a point, do not hide it: world units,
-    /// finite, not negative; it plays no part for directional lights. Throws std::invalid_argument that names
-    /// the value.
+    /// Triangles nearer to the light than `clearance`, along the way to a point, do not hide it, nor, from a
+    /// point that is nearer than twice that, those on the light's half of the way. World units, finite, not
+    /// negative; it plays no part for directional lights. Throws std::invalid_argument that names the value.
     ShadowVolumes(std::shared_ptr<const OccluderTriangles> triangles, const Light& light,
                   float clearance = 0.0f, const std::string& name = "light")
         : triangles_(std::move(triangles)), clearance_(static_cast<double>(clearance)) {
@@ -78,7 +78,7 @@ public:
         if (frames_[face].parallel && !(std::abs(seen.xyw.x) <= 1.0 && std::abs(seen.xyw.y) <= 1.0))
             return true;
         const double distance = glm::length(seen.xyw);
-        const double clearance = distance > clearance_ ? clearance_ / distance : 1.0;
+        const double clearance = distance > 2.0 * clearance_ ? clearance_ / distance : 0.5;
         return !grid(face).dark(*triangles_, seen, clearance);
     }
 

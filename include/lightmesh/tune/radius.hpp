@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/check.hpp>
+#include <lightmesh/grid.hpp>
+#include <lightmesh/light_table.hpp>
+#include <lightmesh/ray_ends.hpp>
+#include <lightmesh/segment.hpp>
+#include <lightmesh/tune/subject.hpp>
+#include <lightmesh/vectors.hpp>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace lightmesh::tune {
+
+/// Radii to try, and what they come from.
+struct RadiusAdvice {
+    std::vector<float> radii;     ///< half of it, `radius`, twice of it; world units
+    float radius = 0.0f;          ///< rounded to 1, 1.5, 2, 3, 5 or 7 times a power of ten
+    double penumbra_width = 0.0;  ///< median over the shadowed pairs, world units; 0 if there are none
+    std::size_t pairs = 0;        ///< of a point and a light that could reach it
+    std::size_t shadowed = 0;     ///< those of them with something between
+};
+
+namespace detail {
+
+/// 1, 1.5, 2, 3, 5 or 7 times a power of ten, the one with the nearest logarithm.
+inline float round_radius(double value) {
+    constexpr std::array steps{1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0};
+    const double power = std::pow(10.0, std::floor(std::log10(value)));
+    double best = power;
+    for (const double step : steps)
+        if (std::abs(std::log(value / (step * power))) < std::abs(std::log(value / best)))
+            best = step * power;
+    return static_cast<float>(best);
+}
+
+/// How far from the origin of a blocked segment its first blocker is, as a part of its length: by halving,
+/// to 2^-12.
+template <Intersector Tracer>
+double first_blocker(const Tracer& tracer, const Segment& segment) {
+    float open = 0.0f;
+    float blocked = 1.0f;
+    for (int i = 0; i < 12; ++i) {
+        const float middle = 0.5f * (open + blocked);
+        const glm::vec3 target = segment.origin + middle * (segment.target - segment.origin);
+        (tracer.occluded(Segment{segment.origin, target}) ? blocked : open) = middle;
+    }
+    return static_cast<double>(blocked);
+}
+
+inline float diagonal_of(std::span<const glm::vec3> points) {
+    glm::vec3 low = points.front();
+    glm::vec3 high = low;
+    for (const glm::vec3& point : points) {
+        low = glm::min(low, point);
+        high = glm::max(high, point);
+    }
+    return glm::length(high - low);
+}
+
+/// The median; `values` are not empty.
+inline double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+}  // namespace detail
+
+/// Radii that suit a scene.
+///
+/// A lamp of radius R throws a penumbra of width w = 2 R d / D behind an edge at distance D from it, d before
+/// the surface (similar triangles through the edge). A mesh blurs an edge over 2 r, whatever the distances:
+/// so the radius that gives the typical penumbra of this scene its true width is r = R d / D. Point lights
+/// have no size; all of them are taken for lamps that the lit surface sees at `lamp_angle` from middle to
+/// rim: R = lamp_angle * (d + D). A directional light, for which D is infinite, gives r = lamp_angle * d.
+///
+/// d and D are measured: for up to 1,024 pairs of a sample and a light that can reach it, spread over all of
+/// them, the blocker nearest to the surface is found by 12 rays. The radius is the median over the pairs that
+/// have one. It is kept between 1/500 and 1/20 of the diagonal of the samples' box: below that a shadow is as
+/// good as hard, above it is no shadow. Without any shadow it is 1/100 of the diagonal.
+///
+/// `lamp_angle` in radians, finite, greater than 0; else std::invalid_argument, as also if all samples lie on
+/// one point.
+template <class Tracer, class... Sources>
+RadiusAdvice suggest_radii(const Subject<Tracer, Sources...>& subject, double lamp_angle = 0.05) {
+    lightmesh::detail::require(lamp_angle > 0.0 && lamp_angle < 1e6, "lamp_angle", lamp_angle,
+                               "finite and greater than 0");
+    const Samples& samples = subject.samples();
+    const float diagonal = detail::diagonal_of(samples.points);
+    lightmesh::detail::require(diagonal > 0.0f, "the diagonal of the samples' box", diagonal,
+                               "greater than 0");
+    // The offsets of segments follow the step of a grid; this one is that of the smallest radius in question.
+    const Grid grid(Settings{.radius = diagonal / 500.0f, .quality = 1.0f});
+    const lightmesh::detail::LightTable table(subject.lights(), grid);
+    constexpr std::size_t most_pairs = 1024;
+    const std::size_t all = samples.points.size() * table.size();
+    const std::size_t tried = (std::min)(all, 4 * most_pairs);
+    RadiusAdvice advice;
+    std::vector<double> radii;
+    for (std::size_t k = 0; k < tried && advice.pairs < most_pairs; ++k) {
+        // A stride that visits all parts of the samples before it comes near to where it has been.
+        const auto place = std::fmod(static_cast<double>(k) * 0.6180339887498949, 1.0);
+        const std::size_t pair =
+            tried == all ? k : static_cast<std::size_t>(place * static_cast<double>(all));
+        const std::size_t light = pair % table.size();
+        const glm::vec3& point = samples.points[pair / table.size()];
+        const glm::vec3 normal = lightmesh::detail::unit_or_zero(samples.normals[pair / table.size()]);
+        if (!table.reaches(light, point, normal))
+            continue;
+        ++advice.pairs;
+        const auto step = static_cast<float>(grid.step());
+        const Segment segment =
+            table.shadow_segment(light, lightmesh::detail::surface_end(point, normal, step));
+        if (!subject.tracer().occluded(segment))
+            continue;
+        ++advice.shadowed;
+        const double part = detail::first_blocker(subject.tracer(), segment);
+        const auto length = static_cast<double>(glm::distance(segment.origin, segment.target));
+        const bool is_sun = std::holds_alternative<DirectionalLight>(subject.lights()[light]);
+        radii.push_back(lamp_angle * part * length / (is_sun ? 1.0 : (std::max)(1.0 - part, 0x1p-12)));
+    }
+    const auto size = static_cast<double>(diagonal);
+    const double wanted = radii.empty() ? size / 100.0 : detail::median(radii);
+    advice.penumbra_width = radii.empty() ? 0.0 : 2.0 * wanted;
+    advice.radius = detail::round_radius(std::clamp(wanted, size / 500.0, size / 20.0));
+    advice.radii = {detail::round_radius(0.5 * static_cast<double>(advice.radius)), advice.radius,
+                    detail::round_radius(2.0 * static_cast<double>(advice.radius))};
+    return advice;
+}
+
+}  // namespace lightmesh::tune

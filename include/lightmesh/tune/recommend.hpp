@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/check.hpp>
+#include <lightmesh/tune/candidate.hpp>
+#include <lightmesh/tune/measure.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lightmesh::tune {
+
+/// Which frame a user pays for.
+enum class Frame {
+    first,  ///< a single picture: the mesh is filled while it is rendered
+    later,  ///< a camera that moves through a scene at rest: the mesh is there already
+};
+
+/// What a user can afford and wants. All limits are inclusive; infinity stands for none.
+struct Wishes {
+    double ns_per_point = std::numeric_limits<double>::infinity();
+    double seconds_per_frame = std::numeric_limits<double>::infinity();
+    double mean_absolute_error = std::numeric_limits<double>::infinity();
+    double bytes = std::numeric_limits<double>::infinity();  ///< of a whole frame
+    Frame frame = Frame::first;
+    /// Threads that the user's renderer shares a frame among: `seconds_per_frame` is wall-clock time, shared
+    /// evenly; `ns_per_point` stays that of one thread.
+    double threads = 1.0;
+    /// Only candidates of this radius: how soft shadows are is a matter of looks first.
+    std::optional<float> radius;
+};
+
+/// Mean absolute error that is asked for if neither time nor error is: 1 %.
+inline constexpr double default_error = 0.01;
+
+/// What to use, and why.
+struct Recommendation {
+    std::optional<Measurement> choice;  ///< nothing if no candidate is good enough
+    std::string reason;                 ///< for people, one or two sentences
+};
+
+/// Seconds of one thread for a frame of a candidate.
+inline double frame_seconds(const Measurement& m, Frame frame) {
+    return frame == Frame::first ? m.frame.cold_seconds : m.frame.warm_seconds;
+}
+
+/// The same per surface point, in nanoseconds.
+inline double ns_per_point(const Measurement& m, Frame frame) {
+    return 1e9 * frame_seconds(m, frame) / static_cast<double>(m.points_per_frame);
+}
+
+namespace detail {
+
+/// Whether a measurement can be compared at all: its frame has points, its numbers are finite.
+inline bool is_usable(const Measurement& m) {
+    return m.points_per_frame > 0 && std::isfinite(m.frame.cold_seconds) &&
+           std::isfinite(m.frame.warm_seconds) && std::isfinite(m.frame.bytes) &&
+           std::isfinite(m.mean_absolute_error);
+}
+
+inline void check_wish(double value, const char* name) {
+    lightmesh::detail::require(value > 0.0, name, value, "greater than 0");
+}
+
+inline void check_wishes(const Wishes& wishes) {
+    check_wish(wishes.ns_per_point, "Wishes::ns_per_point");
+    check_wish(wishes.seconds_per_frame, "Wishes::seconds_per_frame");
+    check_wish(wishes.bytes, "Wishes::bytes");
+    check_wish(wishes.threads, "Wishes::threads");
+    lightmesh::detail::require(wishes.mean_absolute_error >= 0.0, "Wishes::mean_absolute_error",
+                               wishes.mean_absolute_error, "0 or more");
+}
+
+inline bool is_fast_enough(const Measurement& m, const Wishes& wishes) {
+    return ns_per_point(m, wishes.frame) <= wishes.ns_per_point &&
+           frame_seconds(m, wishes.frame) / wishes.threads <= wishes.seconds_per_frame;
+}
+
+/// Numbers for people: four digits are more than a measurement is worth.
+inline std::string rounded(double value) {
+    std::ostringstream text;
+    text.precision(value >= 1000.0 && value < 1e6 ? 0 : 3);
+    if (value >= 1000.0 && value < 1e6)
+        text << std::fixed;
+    text << value;
+    return text.str();
+}
+
+inline std::string time_text(const Measurement& m, const Wishes& wishes) {
+    return rounded(ns_per_point(m, wishes.frame)) + " ns a point, " +
+           rounded(frame_seconds(m, wishes.frame) / wishes.threads) + " s a frame";
+}
+
+inline std::string error_text(const Measurement& m) {
+    return rounded(100.0 * m.mean_absolute_error) + " % mean absolute error";
+}
+
+inline std::string bytes_text(double bytes) {
+    return rounded(bytes / 1e6) + " MB";
+}
+
+/// The least by `key`; ties go to the one that comes first.
+template <class Key>
+const Measurement& least(const std::vector<Measurement>& among, Key&& key) {
+    return *std::min_element(among.begin(), among.end(),
+                             [&](const Measurement& a, const Measurement& b) { return key(a) < key(b); });
+}
+
+/// Keeps what is good enough. If nothing is, leaves `among` alone, says so with the best that there is, and
+/// returns false.
+template <class Good, class Key, class Text>
+bool narrow(std::vector<Measurement>& among, Good&& good, Key&& key, Text&& text, const std::string& wish,
+            std::string& reason) {
+    std::vector<Measurement> kept;
+    std::copy_if(among.begin(), among.end(), std::back_inserter(kept), good);
+    if (kept.empty()) {
+        const Measurement& best = least(among, key);
+        reason = "No candidate " + wish + "; the nearest is " + describe(best.candidate) + " with " +
+                 text(best) + ".";
+        return false;
+    }
+    among = std::move(kept);
+    return true;
+}
+
+}  // namespace detail
+
+/// The measurements that nothing of the same radius beats in both time and error: their places in `results`,
+/// radius by radius as they first appear, the fastest first. Of equals the first counts. What is not finite
+/// is left out.
+inline std::vector<std::size_t> pareto_frontier(std::span<const Measurement> results,
+                                                Frame frame = Frame::first) {
+    std::vector<float> radii;
+    for (const Measurement& m : results)
+        if (std::find(radii.begin(), radii.end(), m.candidate.radius) == radii.end())
+            radii.push_back(m.candidate.radius);
+    std::vector<std::size_t> frontier;
+    for (const float radius : radii) {
+        std::vector<std::size_t> order;
+        for (std::size_t i = 0; i < results.size(); ++i)
+            if (results[i].candidate.radius == radius && detail::is_usable(results[i]))
+                order.push_back(i);
+        std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            return std::pair(frame_seconds(results[a], frame), results[a].mean_absolute_error) <
+                   std::pair(frame_seconds(results[b], frame), results[b].mean_absolute_error);
+        });
+        double least_error = std::numeric_limits<double>::infinity();
+        for (const std::size_t i : order) {
+            if (results[i].mean_absolute_error < least_error) {
+                least_error = results[i].mean_absolute_error;
+                frontier.push_back(i);
+            }
+        }
+    }
+    return frontier;
+}
+
+/// What to use. Among the candidates that keep within all limits: the most exact if there is a limit to the
+/// time but none to the error, else the fastest. If neither is limited, the fastest with an error of at most
+/// `default_error`, or the most exact if there is none such. Measurements that are not finite are never
+/// chosen. Without `Wishes::radius`, all radii compete, each with the error to its own reference.
+///
+/// Throws std::invalid_argument that names the value for a wish that is NaN, negative or (but for the error)
+/// 0.
+inline Recommendation recommend(std::span<const Measurement> results, const Wishes& wishes) {
+    detail::check_wishes(wishes);
+    const auto time = [&](const Measurement& m) {
+        return frame_seconds(m, wishes.frame);
+    };
+    const auto error = [](const Measurement& m) {
+        return m.mean_absolute_error;
+    };
+    const auto bytes = [](const Measurement& m) {
+        return m.frame.bytes;
+    };
+    const auto say_time = [&](const Measurement& m) {
+        return detail::time_text(m, wishes);
+    };
+
+    Recommendation result;
+    std::vector<Measurement> among;
+    for (const Measurement& m : results)
+        if (detail::is_usable(m) && (!wishes.radius || m.candidate.radius == *wishes.radius))
+            among.push_back(m);
+    if (among.empty()) {
+        result.reason = "There is no measured candidate to choose from.";
+        return result;
+    }
+    const bool time_limited = std::isfinite(wishes.ns_per_point) || std::isfinite(wishes.seconds_per_frame);
+    const bool error_limited = std::isfinite(wishes.mean_absolute_error);
+    if (!detail::narrow(
+            among, [&](const Measurement& m) { return bytes(m) <= wishes.bytes; }, bytes,
+            [&](const Measurement& m) { return detail::bytes_text(bytes(m)); },
+            "fits " + detail::bytes_text(wishes.bytes), result.reason))
+        return result;
+    if (!detail::narrow(
+            among, [&](const Measurement& m) { return error(m) <= wishes.mean_absolute_error; }, error,
+            [](const Measurement& m) { return detail::error_text(m); },
+            "that fits the memory is as exact as " + detail::rounded(100.0 * wishes.mean_absolute_error) +
+                " %",
+            result.reason))
+        return result;
+    if (!detail::narrow(
+            among, [&](const Measurement& m) { return detail::is_fast_enough(m, wishes); }, time, say_time,
+            "that keeps the other limits is fast enough", result.reason))
+        return result;
+
+    const auto with_cost = [&](const Measurement& m) {
+        return say_time(m) + ", " + detail::error_text(m) + ", " + detail::bytes_text(bytes(m)) + ".";
+    };
+    if (time_limited && !error_limited) {
+        result.choice = detail::least(among, error);
+        result.reason = "The most exact that the time allows: " + with_cost(*result.choice);
+    } else if (error_limited) {
+        result.choice = detail::least(among, time);
+        result.reason = "The fastest that is exact enough: " + with_cost(*result.choice);
+    } else {
+        std::string none;
+        const bool found = detail::narrow(
+            among, [&](const Measurement& m) { return error(m) <= default_error; }, error,
+            [](const Measurement& m) { return detail::error_text(m); }, "", none);
+        const std::string limit = detail::rounded(100.0 * default_error) + " %";
+        result.choice = found ? detail::least(among, time) : detail::least(among, error);
+        result.reason = (found ? "The fastest with an error of at most " + limit + ": "
+                               : "None has an error of at most " + limit + ", so the most exact: ") +
+                        with_cost(*result.choice);
+    }
+    return result;
+}
+
+}  // namespace lightmesh::tune

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/grid.hpp>
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/light_table.hpp>
+#include <lightmesh/tune/options.hpp>
+#include <lightmesh/tune/subject.hpp>
+#include <lightmesh/vectors.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// What candidates are held against: S of equation (3), all tests by rays, with so many light points that
+/// more of them change nothing.
+
+namespace lightmesh::tune {
+
+/// How good a reference is.
+struct Convergence {
+    float quality = 0.0f;  ///< q of the reference
+    /// Mean absolute difference of S between the reference and one of half its q.
+    double change = 0.0;
+    /// Whether `change` is as small as was asked for. If not, q has reached its limit of 16 before.
+    bool converged = false;
+};
+
+namespace detail {
+
+/// Difference of S over pairs of a point and a light that can reach it.
+struct Difference {
+    double mean_absolute = 0.0;
+    double root_mean_square = 0.0;
+};
+
+/// S at the points where errors are measured, for one radius.
+class Reference {
+public:
+    /// Takes every k-th of the samples; `largest_quality` is that of the candidates. Throws `Cancelled`.
+    template <class... Adapters>
+    Reference(const Subject<Adapters...>& subject, float radius, float largest_quality,
+              const Options& options, Reporter& reporter)
+        : light_count_(subject.lights().size()) {
+        choose_points(subject.samples(), options.reference_points);
+        find_pairs(subject.lights(), settings_at(radius, 1.0f, options));
+        // The pairs of qualities that are compared end at 16, the greatest that there is.
+        const float limit = Grid::max_quality;
+        float coarse = (std::min)(largest_quality, limit / 2.0f);
+        std::vector<float> before = compute(subject, settings_at(radius, coarse, options), options, reporter);
+        for (;;) {
+            const float fine = 2.0f * coarse;
+            values_ = compute(subject, settings_at(radius, fine, options), options, reporter);
+            const double change = difference(before, values_).mean_absolute;
+            convergence_ = {fine, change, change < options.reference_change};
+            if (convergence_.converged || fine >= limit)
+                return;
+            if (2.0f * fine <= limit) {
+                before = values_;
+                coarse = fine;
+            } else {
+                coarse = limit / 2.0f;
+                before = compute(subject, settings_at(radius, coarse, options), options, reporter);
+            }
+        }
+    }
+
+    const Convergence& convergence() const { return convergence_; }
+    std::span<const glm::vec3> points() const { return points_; }
+    std::span<const glm::vec3> normals() const { return normals_; }
+
+    /// Of the reference and a mesh's own values at `points()`, a row of lights for each.
+    Difference difference_to(std::span<const float> values) const { return difference(values_, values); }
+
+private:
+    static Settings settings_at(float radius, float quality, const Options& options) {
+        return settings_of({radius, quality, ShortTest::exact, LongTest::rays, 0}, options.base);
+    }
+
+    void choose_points(const Samples& samples, std::size_t most) {
+        const std::size_t count = samples.points.size();
+        const std::size_t chosen = (std::min)(most, count);
+        for (std::size_t i = 0; i < chosen; ++i) {
+            points_.push_back(samples.points[i * count / chosen]);
+            normals_.push_back(samples.normals[i * count / chosen]);
+        }
+    }
+
+    /// Where S can be other than 0: chi, range and cone.
+    void find_pairs(std::span<const Light> lights, const Settings& settings) {
+        const lightmesh::detail::LightTable table(lights, Grid(settings));
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            const glm::vec3 normal = lightmesh::detail::unit_or_zero(normals_[i]);
+            for (std::size_t l = 0; l < light_count_; ++l)
+                if (table.reaches(l, points_[i], normal))
+                    pairs_.push_back(i * light_count_ + l);
+        }
+    }
+
+    /// Each group of points has a mesh of its own, so that memory stays small.
+    template <class... Adapters>
+    std::vector<float> compute(const Subject<Adapters...>& subject, const Settings& settings,
+                               const Options& options, Reporter& reporter) const {
+        constexpr std::size_t group_size = 4;
+        const std::size_t groups = (points_.size() + group_size - 1) / group_size;
+        std::vector<float> values(points_.size() * light_count_);
+        const auto compute_group = [&](std::size_t group) {
+            const LightMesh mesh{subject.tracer(), subject.lights(), settings};
+            const std::size_t first = group * group_size;
+            const std::size_t size = (std::min)(group_size, points_.size() - first);
+            mesh.visibility(std::span(points_).subspan(first, size), std::span(normals_).subspan(first, size),
+                            std::span(values).subspan(first * light_count_, size * light_count_));
+        };
+        const std::size_t round = options.executor.threads == 1 ? 1 : 4 * options.executor.threads;
+        for (std::size_t done = 0; done < groups; done += round) {
+            reporter.poll();
+            options.executor.for_each((std::min)(round, groups - done),
+                                      [&](std::size_t i) { compute_group(done + i); });
+        }
+        return values;
+    }
+
+    Difference difference(std::span<const float> a, std::span<const float> b) const {
+        if (pairs_.empty())
+            return {};
+        double sum = 0.0;
+        double sum_of_squares = 0.0;
+        for (const std::size_t pair : pairs_) {
+            const double d = static_cast<double>(a[pair]) - static_cast<double>(b[pair]);
+            sum += std::abs(d);
+            sum_of_squares += d * d;
+        }
+        const auto count = static_cast<double>(pairs_.size());
+        return {sum / count, std::sqrt(sum_of_squares / count)};
+    }
+
+    std::size_t light_count_;
+    std::vector<glm::vec3> points_;
+    std::vector<glm::vec3> normals_;
+    std::vector<std::size_t> pairs_;
+    std::vector<float> values_;
+    Convergence convergence_;
+};
+
+}  // namespace detail
+
+}  // namespace lightmesh::tune

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/check.hpp>
+#include <lightmesh/concepts.hpp>
+#include <lightmesh/depth_renderer.hpp>
+#include <lightmesh/grid.hpp>
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/occluders.hpp>
+#include <lightmesh/tune/candidate.hpp>
+#include <lightmesh/tune/watch.hpp>
+#include <lightmesh/vectors.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace lightmesh::tune {
+
+/// Shading points to measure on: where the user's own renderer asks for visibility. Both spans have one
+/// entry per point and must outlive the subject.
+///
+/// Order them as the renderer does. The best sample of a frame is some hundred of its tiles, spread over it,
+/// a block of neighbouring pixels after the other: times then profit from neighbours as the frame will. Some
+/// 10,000 points are plenty.
+struct Samples {
+    std::span<const glm::vec3> points;   ///< world units
+    std::span<const glm::vec3> normals;  ///< geometric, on the shaded side
+    /// How many points a whole frame asks for; 0: as many as there are samples.
+    std::size_t points_per_frame = 0;
+};
+
+namespace detail {
+
+/// Points that are asked for together, as `LightMesh::visibility` for many points likes it.
+inline constexpr std::size_t block_size = 64;
+
+/// What a `BorrowedRenderer` has done.
+struct RendererCost {
+    double seconds = 0.0;
+    std::size_t texels = 0;
+};
+
+/// A `DepthRenderer` that many meshes use one after the other, and that keeps count of what they ask for.
+template <class Renderer>
+class BorrowedRenderer {
+public:
+    BorrowedRenderer(Renderer& renderer, RendererCost& cost) : renderer_(&renderer), cost_(&cost) {}
+
+    void render_depth(const DepthView& view, std::span<float> distance) {
+        const Watch watch;
+        renderer_->render_depth(view, distance);
+        cost_->seconds += watch.seconds();
+        cost_->texels += distance.size();
+    }
+
+    void render_depth(std::span<const DepthView> views,
+                      std::span<const std::span<float>> distances) requires BatchDepthRenderer<Renderer> {
+        const Watch watch;
+        renderer_->render_depth(views, distances);
+        cost_->seconds += watch.seconds();
+        for (const std::span<float>& distance : distances)
+            cost_->texels += distance.size();
+    }
+
+    Bounds bounds() const requires BoundedDepthRenderer<Renderer> { return renderer_->bounds(); }
+
+private:
+    Renderer* renderer_;
+    RendererCost* cost_;
+};
+
+}  // namespace detail
+
+/// What is tuned: a tracer, its lights, and the points that it shades.
+///
+///     lightmesh::tune::Subject subject{Tracer{...}, lights, samples};
+///     lightmesh::tune::Subject subject{Tracer{...}, lights, samples, Rasteriser{...}, Triangles{...}};
+///
+/// `Sources` are what the user has for long tests other than rays: a `DepthRenderer` and `Occluders`, either
+/// or both. They are adapters as `LightMesh` takes them and stay here; meshes that are tried borrow them.
+template <class Tracer, class... Sources>
+class Subject {
+    static_assert(check_intersector<Tracer>());
+    static_assert(((DepthRenderer<Sources> || Occluders<Sources>)&&...),
+                  "lightmesh: each source of long tests must be a DepthRenderer or Occluders");
+
+public:
+    /// Throws std::invalid_argument that names the value for no points, as many normals as there are not
+    /// points, points or normals that are not finite, no lights, and lights that `LightMesh` would refuse.
+    Subject(Tracer tracer, std::span<const Light> lights, Samples samples, Sources... sources)
+        : tracer_(std::move(tracer)), lights_(lights.begin(), lights.end()), samples_(samples),
+          sources_(std::move(sources)...) {
+        check_samples();
+        if (samples_.points_per_frame == 0)
+            samples_.points_per_frame = samples_.points.size();
+        if (lights_.empty())
+            throw std::invalid_argument("lightmesh: there are no lights; tuning needs at least one");
+        for (std::size_t i = 0; i < lights_.size(); ++i)
+            lightmesh::detail::check_light(lights_[i], "light " + std::to_string(i));
+    }
+
+    const Tracer& tracer() const { return tracer_; }
+    const std::vector<Light>& lights() const { return lights_; }
+    const Samples& samples() const { return samples_; }
+
+    /// Throws std::invalid_argument that names the candidate if its settings are out of range, or if it wants
+    /// a source that is not there; std::out_of_range if a point lies outside its grid.
+    void check(const Candidate& candidate, const Settings& base) const {
+        const std::string name = "candidate (" + describe(candidate) + "): ";
+        const Grid grid(settings_of(candidate, base));
+        for (const glm::vec3& point : samples_.points)
+            static_cast<void>(grid.locate(point));
+        if (uses_shadow_maps(candidate.long_test)) {
+            if constexpr (!has_renderer)
+                throw std::invalid_argument("lightmesh: " + name + "it needs a DepthRenderer");
+            lightmesh::detail::require(candidate.shadow_map_size >= 1 && candidate.shadow_map_size <= 16384,
+                                       name + "Candidate::shadow_map_size", candidate.shadow_map_size,
+                                       "in [1, 16384]");
+        } else {
+            lightmesh::detail::require(candidate.shadow_map_size == 0, name + "Candidate::shadow_map_size",
+                                       candidate.shadow_map_size, "0, since there are no shadow maps");
+        }
+        if constexpr (!has_occluders)
+            if (candidate.long_test == LongTest::shadow_volumes)
+                throw std::invalid_argument("lightmesh: " + name + "it needs Occluders");
+    }
+
+    /// Makes the mesh of a candidate that has passed `check`, and calls use(mesh). What shadow maps cost is
+    /// added to `cost`.
+    template <class Use>
+    void with_mesh(const Candidate& candidate, const Settings& base, detail::RendererCost& cost,
+                   Use&& use) const {
+        const Settings settings = settings_of(candidate, base);
+        if constexpr (has_renderer) {
+            if (uses_shadow_maps(candidate.long_test)) {
+                auto& renderer = std::get<find_renderer()>(sources_);
+                use(LightMesh{tracer_, detail::BorrowedRenderer(renderer, cost), lights_, settings});
+                return;
+            }
+        }
+        if constexpr (has_occluders) {
+            if (candidate.long_test == LongTest::shadow_volumes) {
+                use(LightMesh{tracer_, std::get<find_occluders()>(sources_), lights_, settings});
+                return;
+            }
+        }
+        use(LightMesh{tracer_, lights_, settings});
+    }
+
+private:
+    static constexpr bool has_renderer = (DepthRenderer<Sources> || ...);
+    static constexpr bool has_occluders = (Occluders<Sources> || ...);
+
+    static constexpr std::size_t first_of(std::initializer_list<bool> flags) {
+        std::size_t i = 0;
+        for (const bool flag : flags) {
+            if (flag)
+                return i;
+            ++i;
+        }
+        return i;
+    }
+    static constexpr std::size_t find_renderer() { return first_of({DepthRenderer<Sources>...}); }
+    static constexpr std::size_t find_occluders() { return first_of({Occluders<Sources>...}); }
+
+    void check_samples() const {
+        const auto& [points, normals, per_frame] = samples_;
+        if (points.empty())
+            throw std::invalid_argument("lightmesh: there are no sample points; tuning needs at least one");
+        if (normals.size() != points.size())
+            throw std::invalid_argument("lightmesh: the span of sample normals has " +
+                                        std::to_string(normals.size()) + " places; it must have " +
+                                        std::to_string(points.size()));
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            using lightmesh::detail::is_finite;
+            lightmesh::detail::require(is_finite(points[i]), "sample point " + std::to_string(i), points[i],
+                                       "finite");
+            lightmesh::detail::require(is_finite(normals[i]), "sample normal " + std::to_string(i),
+                                       normals[i], "finite");
+        }
+    }
+
+    Tracer tracer_;
+    std::vector<Light> lights_;
+    Samples samples_;
+    // Rendering changes a renderer, but not what a subject is.
+    mutable std::tuple<Sources...> sources_;
+};
+
+}  // namespace lightmesh::tune

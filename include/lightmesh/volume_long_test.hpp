@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/check.hpp>
+#include <lightmesh/grid.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/long_test.hpp>
+#include <lightmesh/occluders.hpp>
+#include <lightmesh/ray_ends.hpp>
+#include <lightmesh/settings.hpp>
+#include <lightmesh/shadow_volume.hpp>
+#include <lightmesh/trace.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <variant>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// Long tests by shadow volumes (LMM+ATO), of one copy of the user's triangles. What a ray would pass by at
+/// its shortened light's end (see `light_end`) hides nothing here either.
+class VolumeLongTest {
+public:
+    template <Occluders Source>
+    VolumeLongTest(const Source& source, std::span<const Light> lights, const Settings& settings)
+        : triangles_(std::make_shared<const OccluderTriangles>(source)) {
+        const auto step = static_cast<float>(Grid(settings).step());
+        volumes_.reserve(lights.size());
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            volumes_.emplace_back(triangles_, lights[i], clearance(lights[i], step), "light " + to_text(i));
+    }
+
+    template <Intersector Tracer>
+    std::uint64_t operator()(const Tracer&, const LongTestUnit& unit, LongTestCost& cost) const {
+        std::uint64_t lit = 0;
+        unit.for_each_light([&](std::size_t light, int l) {
+            for (int p = 0; p < 8; ++p) {
+                const glm::vec3& point = unit.points[static_cast<std::size_t>(p)];
+                lit |= static_cast<std::uint64_t>(volumes_[light].visible(point)) << (8 * l + p);
+            }
+            cost.tests += 8;
+        });
+        return lit;
+    }
+
+    std::size_t bytes() const {
+        std::size_t sum = triangles_->bytes();
+        for (const ShadowVolumes& volumes : volumes_)
+            sum += volumes.bytes();
+        return sum;
+    }
+
+private:
+    static float clearance(const Light& light, float step) {
+        if (const auto* point = std::get_if<PointLight>(&light))
+            return end_offset(point->position, step);
+        if (const auto* spot = std::get_if<SpotLight>(&light))
+            return end_offset(spot->position, step);
+        return 0.0f;
+    }
+
+    std::shared_ptr<const OccluderTriangles> triangles_;
+    std::vector<ShadowVolumes> volumes_;
+};
+
+}  // namespace lightmesh::detail
