@@ -106,7 +106,7 @@ namespace detail {
 /// A float as C++ source: always with a point or an exponent, so that the suffix f is legal.
 inline std::string to_source(float value) {
     std::string text = lightmesh::detail::to_text(value);
-    if (text.find_first_of(".en") == std::string::npos)
+    if (text.find_first_of(".e") == std::string::npos)
         text += ".0";
     return text + "f";
 }

@@ -33,7 +33,7 @@ struct Wishes {
     /// evenly; `ns_per_point` stays that of one thread.
     double threads = 1.0;
     /// Only candidates of this radius: how soft shadows are is a matter of looks first.
-    std::optional<float> radius;
+    std::optional<float> radius{};
 };
 
 /// Mean absolute error that is asked for if neither time nor error is: 1 %.

@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: MIT
+#include "plain.hpp"
+#include "random_scene.hpp"
+
+#include <lightmesh/tune.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+using lightmesh::ShortTest;
+namespace tune = lightmesh::tune;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// A floor with boxes, points on it and lights, as a user would hand them to the tuner.
+struct World {
+    std::vector<test::Triangle> triangles;
+    std::vector<lightmesh::Light> lights;
+    std::vector<glm::vec3> points;
+    std::vector<glm::vec3> normals;
+
+    explicit World(int point_count = 300) {
+        test::Random random(5);
+        triangles = test::boxes_on_floor(random, 4);
+        lights = {lightmesh::PointLight{{1.0f, 2.0f, 3.5f}}, lightmesh::PointLight{{-3.0f, 0.0f, 2.5f}},
+                  lightmesh::DirectionalLight{{0.4f, 0.2f, -1.0f}}};
+        for (const test::SurfacePoint& p : test::surface_points(random, triangles, point_count)) {
+            points.push_back(p.position);
+            normals.push_back(p.normal);
+        }
+    }
+    test::PlainTracer tracer() const { return {&triangles}; }
+    tune::Samples samples() const { return {points, normals, 100 * points.size()}; }
+    tune::Subject<test::PlainTracer> subject() const { return {tracer(), lights, samples()}; }
+};
+
+/// Quick: few points, one pass.
+tune::Options quick_options() {
+    tune::Options options;
+    options.reference_points = 12;
+    options.least_seconds = 0.0;
+    return options;
+}
+
+/// Distances by brute force: every triangle against every ray.
+struct PlainRenderer {
+    const std::vector<test::Triangle>* triangles;
+
+    void render_depth(const lightmesh::DepthView& view, std::span<float> distance) {
+        for (int row = 0; row < view.resolution; ++row)
+            for (int column = 0; column < view.resolution; ++column)
+                distance[static_cast<std::size_t>(row * view.resolution + column)] =
+                    cast(view.ray(column, row));
+    }
+    lightmesh::Bounds bounds() const { return {glm::vec3(-6.0f), glm::vec3(6.0f)}; }
+
+private:
+    float cast(const lightmesh::DepthRay& ray) const {
+        double reach = 64.0;
+        const test::Vec origin(ray.origin);
+        const test::Vec direction(ray.direction);
+        if (!test::blocked(origin, origin + reach * direction, *triangles))
+            return std::numeric_limits<float>::infinity();
+        double open = 0.0;
+        while (reach - open > 1e-3) {
+            const double middle = 0.5 * (open + reach);
+            (test::blocked(origin, origin + middle * direction, *triangles) ? reach : open) = middle;
+        }
+        return static_cast<float>(reach);
+    }
+};
+
+tune::Measurement made_up(float quality, double ns, double error, double bytes, float radius = 1.0f) {
+    tune::Measurement m;
+    m.candidate.radius = radius;
+    m.candidate.quality = quality;
+    m.points = 100;
+    m.points_per_frame = 1000;
+    m.frame.cold_seconds = 2e-9 * ns * 1000.0;
+    m.frame.warm_seconds = 1e-9 * ns * 1000.0;
+    m.frame.bytes = bytes;
+    m.mean_absolute_error = error;
+    return m;
+}
+
+}  // namespace
+
+TEST_CASE("tune: a grid of candidates has every combination, and maps only their sizes") {
+    tune::Choices choices{.radii = {1.0f, 2.0f}};
+    choices.qualities = {2.0f, 4.0f, 6.0f};
+    choices.short_tests = {ShortTest::none, ShortTest::linked};
+    choices.long_tests = {tune::LongTest::rays, tune::LongTest::shadow_maps};
+    choices.shadow_map_sizes = {256, 512};
+    const auto candidates = tune::make_candidates(choices);
+    CHECK(candidates.size() == 2 * 3 * 2 * 3);
+    for (const tune::Candidate& c : candidates) {
+        CHECK((c.shadow_map_size != 0) == (c.long_test == tune::LongTest::shadow_maps));
+        CHECK(std::count(candidates.begin(), candidates.end(), c) == 1);
+    }
+}
+
+TEST_CASE("tune: candidates as text") {
+    tune::Candidate c{3.0f, 4.0f, ShortTest::linked, tune::LongTest::rays, 0};
+    CHECK(tune::describe(c) == "r 3, q 4, linked, rays");
+    CHECK(tune::to_source(c) == "lightmesh::Settings{.radius = 3.0f, .quality = 4.0f, "
+                                ".short_test = lightmesh::ShortTest::linked}");
+    c.radius = 0.25f;
+    c.long_test = tune::LongTest::refined_shadow_maps;
+    c.shadow_map_size = 512;
+    CHECK(tune::describe(c) == "r 0.25, q 4, linked, refined shadow maps 512");
+    CHECK(tune::to_source(c) == "lightmesh::Settings{.radius = 0.25f, .quality = 4.0f, "
+                                ".short_test = lightmesh::ShortTest::linked, .shadow_map_size = 512, "
+                                ".refine_shadow_maps = true}");
+    c.radius = 1e20f;
+    CHECK(tune::to_source(c).find(".radius = 1.00000002e+20f,") != std::string::npos);
+}
+
+TEST_CASE("tune: light points are predicted within a factor of 3, and bytes") {
+    const World world(400);
+    const auto subject = world.subject();
+    tune::Choices choices{.radii = {0.5f, 1.5f}};
+    const auto candidates = tune::make_candidates(choices);
+    const tune::Forecast forecast = tune::predict(subject, candidates, quick_options());
+    const tune::Outcome outcome = tune::run(subject, candidates, quick_options());
+    REQUIRE(outcome.finished);
+    REQUIRE(outcome.measurements.size() == candidates.size());
+    REQUIRE(forecast.candidates.size() == candidates.size());
+    CHECK(forecast.seconds > 0.0);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+        const tune::Prediction& predicted = forecast.candidates[i];
+        const tune::Measurement& m = outcome.measurements[i];
+        CAPTURE(tune::describe(candidates[i]));
+        CHECK(predicted.candidate == candidates[i]);
+        CHECK(m.candidate == candidates[i]);
+        CHECK(predicted.light_points < 3.0 * static_cast<double>(m.light_points));
+        CHECK(predicted.light_points > static_cast<double>(m.light_points) / 3.0);
+        CHECK(predicted.bytes < 3.0 * static_cast<double>(m.bytes));
+        CHECK(predicted.bytes > static_cast<double>(m.bytes) / 3.0);
+        CHECK(predicted.seconds > 0.0);
+    }
+}
+
+TEST_CASE("tune: what is measured fits together") {
+    const World world;
+    const auto subject = world.subject();
+    const auto candidates = tune::make_candidates({.radii = {1.0f}, .qualities = {2.0f, 4.0f}});
+    const tune::Outcome outcome = tune::run(subject, candidates, quick_options());
+    for (const tune::Measurement& m : outcome.measurements) {
+        CAPTURE(tune::describe(m.candidate));
+        CHECK(m.points == world.points.size());
+        CHECK(m.cold_ns_per_point > 0.0);
+        CHECK(m.warm_ns_per_point > 0.0);
+        CHECK(m.light_points > 0);
+        CHECK(m.bytes > 0);
+        CHECK(m.long_rays > 0);
+        CHECK(m.mean_absolute_error >= 0.0);
+        CHECK(m.mean_absolute_error < (m.candidate.short_test == ShortTest::none ? 0.5 : 0.1));
+        CHECK(m.rms_error >= m.mean_absolute_error);
+        CHECK(m.reference.quality > 4.0f);
+        CHECK(m.reference.converged == (m.reference.change < 0.001));
+        CHECK((m.reference.converged || m.reference.quality == 16.0f));
+        const bool links = m.candidate.short_test == ShortTest::linked;
+        CHECK((m.link_rays > 0) == links);
+        // A hundred times as many points on the same surfaces: more light points, but not as many times more.
+        CHECK(m.frame.light_points >= static_cast<double>(m.light_points));
+        CHECK(m.frame.light_points <= 101.0 * static_cast<double>(m.light_points));
+        CHECK(m.frame.cold_seconds >= m.frame.warm_seconds);
+    }
+    const auto rays = [&](ShortTest short_test) {
+        double sum = 0.0;
+        for (const tune::Measurement& m : outcome.measurements)
+            if (m.candidate.short_test == short_test)
+                sum += m.short_rays_per_point;
+        return sum;
+    };
+    CHECK(rays(ShortTest::none) < rays(ShortTest::linked));
+    CHECK(rays(ShortTest::linked) < rays(ShortTest::exact));
+}
+
+TEST_CASE("tune: the reference has no error to itself, and errors shrink with q") {
+    const World world;
+    const auto subject = world.subject();
+    tune::Options options = quick_options();
+    const auto exact = [](float quality) {
+        return tune::Candidate{1.0f, quality, ShortTest::exact, tune::LongTest::rays, 0};
+    };
+    const std::array candidates{exact(2.0f), exact(6.0f), exact(16.0f)};
+    options.reference_change = 1e-9;
+    options.reference_points = 100;
+    const auto results = tune::run(subject, candidates, options).measurements;
+    REQUIRE(results.size() == 3);
+    CHECK(results[2].reference.quality == 16.0f);
+    CHECK_FALSE(results[2].reference.converged);
+    CHECK(results[2].reference.change > 0.0);
+    CHECK(results[2].mean_absolute_error == 0.0);
+    CHECK(results[2].rms_error == 0.0);
+    CHECK(results[1].mean_absolute_error > 0.0);
+    CHECK(results[0].mean_absolute_error > results[1].mean_absolute_error);
+}
+
+TEST_CASE("tune: everything but times is the same in every run, on any number of threads") {
+    const World world(150);
+    const auto subject = world.subject();
+    const auto candidates = tune::make_candidates({.radii = {1.0f}, .qualities = {3.0f}});
+    tune::Options backwards = quick_options();
+    backwards.executor.threads = 3;
+    backwards.executor.for_each = [](std::size_t count, const std::function<void(std::size_t)>& work) {
+        for (std::size_t i = count; i > 0; --i)
+            work(i - 1);
+    };
+    const auto a = tune::run(subject, candidates, quick_options()).measurements;
+    const auto b = tune::run(subject, candidates, backwards).measurements;
+    REQUIRE(a.size() == b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        CHECK(a[i].light_points == b[i].light_points);
+        CHECK(a[i].bytes == b[i].bytes);
+        CHECK(a[i].long_rays == b[i].long_rays);
+        CHECK(a[i].short_rays_per_point == b[i].short_rays_per_point);
+        CHECK(a[i].mean_absolute_error == b[i].mean_absolute_error);
+        CHECK(a[i].rms_error == b[i].rms_error);
+        CHECK(a[i].frame.light_points == b[i].frame.light_points);
+    }
+}
+
+TEST_CASE("tune: shadow maps and their sources") {
+    const World world(100);
+    const tune::Subject subject{world.tracer(), world.lights, world.samples(),
+                                PlainRenderer{&world.triangles}};
+    tune::Choices choices{.radii = {1.0f}, .qualities = {3.0f}};
+    choices.short_tests = {ShortTest::linked};
+    choices.long_tests = {tune::LongTest::rays, tune::LongTest::shadow_maps,
+                          tune::LongTest::refined_shadow_maps};
+    choices.shadow_map_sizes = {64};
+    const auto results = tune::run(subject, tune::make_candidates(choices), quick_options()).measurements;
+    REQUIRE(results.size() == 3);
+    CHECK(results[1].long_rays == 0);
+    CHECK(results[1].bytes > results[0].bytes);
+    CHECK(results[1].setup_seconds > results[0].setup_seconds);
+    CHECK(results[2].long_rays > 0);
+    CHECK(results[2].long_rays < results[0].long_rays);
+    CHECK(results[2].mean_absolute_error <= results[1].mean_absolute_error);
+}
+
+TEST_CASE("tune: a candidate without its source, or out of range, is refused before anything runs") {
+    const World world(20);
+    const auto subject = world.subject();
+    bool called = false;
+    const auto run = [&](const tune::Candidate& bad) {
+        const std::array candidates{tune::Candidate{}, bad};
+        tune::run(subject, candidates, quick_options(), {}, [&](const tune::Progress&) {
+            called = true;
+            return true;
+        });
+    };
+    CHECK_THROWS_WITH_AS(run({1.0f, 4.0f, ShortTest::linked, tune::LongTest::shadow_maps, 512}),
+                         "lightmesh: candidate (r 1, q 4, linked, shadow maps 512): it needs a DepthRenderer",
+                         std::invalid_argument);
+    CHECK_THROWS_AS(run({1.0f, 4.0f, ShortTest::linked, tune::LongTest::shadow_volumes, 0}),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(run({0.0f, 4.0f, ShortTest::linked, tune::LongTest::rays, 0}), std::invalid_argument);
+    CHECK_THROWS_AS(run({1.0f, 17.0f, ShortTest::linked, tune::LongTest::rays, 0}), std::invalid_argument);
+    CHECK_THROWS_AS(run({1.0f, std::nanf(""), ShortTest::linked, tune::LongTest::rays, 0}),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(run({1.0f, 4.0f, ShortTest::linked, tune::LongTest::rays, 64}), std::invalid_argument);
+    CHECK_THROWS_AS(run({1e-7f, 4.0f, ShortTest::linked, tune::LongTest::rays, 0}), std::out_of_range);
+    CHECK_FALSE(called);
+}
+
+TEST_CASE("tune: bad samples, lights and options are refused by name") {
+    World world(20);
+    CHECK_THROWS_WITH_AS(tune::Subject(world.tracer(), world.lights, tune::Samples{}),
+                         "lightmesh: there are no sample points; tuning needs at least one",
+                         std::invalid_argument);
+    CHECK_THROWS_AS(
+        tune::Subject(world.tracer(), world.lights,
+                      tune::Samples{world.points, std::span<const glm::vec3>(world.normals).first(3)}),
+        std::invalid_argument);
+    CHECK_THROWS_AS(tune::Subject(world.tracer(), std::vector<lightmesh::Light>{}, world.samples()),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(tune::Subject(world.tracer(),
+                                  std::vector<lightmesh::Light>{lightmesh::DirectionalLight{glm::vec3(0.0f)}},
+                                  world.samples()),
+                    std::invalid_argument);
+    tune::Options options;
+    options.reference_points = 0;
+    CHECK_THROWS_AS(tune::run(world.subject(), std::array{tune::Candidate{}}, options),
+                    std::invalid_argument);
+    options = {};
+    options.reference_change = std::nan("");
+    CHECK_THROWS_AS(tune::predict(world.subject(), std::array{tune::Candidate{}}, options),
+                    std::invalid_argument);
+    world.points[7].y = std::nanf("");
+    CHECK_THROWS_AS(world.subject(), std::invalid_argument);
+    world.points[7].y = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_AS(world.subject(), std::invalid_argument);
+}
+
+TEST_CASE("tune: a run can be cancelled, and what is there is kept and not measured again") {
+    const World world(100);
+    const auto subject = world.subject();
+    auto candidates = tune::make_candidates({.radii = {1.0f, 2.0f}, .qualities = {2.0f, 3.0f}});
+    const std::size_t unique = candidates.size();
+    candidates.push_back(candidates.front());
+    std::vector<tune::Candidate> shown;
+    const auto stop_after = [&](std::size_t count) {
+        shown.clear();
+        return [&shown, count](const tune::Progress& progress) {
+            if (progress.latest != nullptr)
+                shown.push_back(progress.latest->candidate);
+            return shown.size() < count;
+        };
+    };
+    const tune::Outcome part = tune::run(subject, candidates, quick_options(), {}, stop_after(5));
+    CHECK_FALSE(part.finished);
+    CHECK(part.measurements.size() == 5);
+    CHECK(shown.size() == 5);
+    const std::vector<tune::Candidate> first = shown;
+
+    const tune::Outcome all =
+        tune::run(subject, candidates, quick_options(), part.measurements, stop_after(unique + 1));
+    CHECK(all.finished);
+    CHECK(all.measurements.size() == unique);
+    CHECK(shown.size() == unique - 5);
+    for (const tune::Candidate& candidate : shown)
+        CHECK(std::find(first.begin(), first.end(), candidate) == first.end());
+    for (std::size_t i = 0; i < 5; ++i)
+        CHECK(all.measurements[i].warm_ns_per_point == part.measurements[i].warm_ns_per_point);
+
+    const tune::Outcome again = tune::run(subject, candidates, quick_options(), all.measurements,
+                                          [](const tune::Progress&) { return false; });
+    CHECK(again.finished);
+
+    const auto never = [](const tune::Progress&) {
+        return false;
+    };
+    CHECK(tune::run(subject, candidates, quick_options(), {}, never).measurements.empty());
+    CHECK_THROWS_AS(tune::predict(subject, candidates, quick_options(), never), std::runtime_error);
+}
+
+TEST_CASE("tune: the frontier holds what nothing beats, radius by radius") {
+    const double nan = std::nan("");
+    const std::vector<tune::Measurement> results{
+        made_up(2, 10, 0.05, 100),       made_up(3, 20, 0.06, 100),        made_up(4, 30, 0.01, 100),
+        made_up(5, 30, 0.01, 100),       made_up(6, nan, 0.001, 100),      made_up(7, 5, nan, 100),
+        made_up(2, 100, 0.5, 100, 2.0f), made_up(3, 5, infinity, 1, 2.0f),
+    };
+    CHECK(tune::pareto_frontier(results) == std::vector<std::size_t>{0, 2, 6});
+    CHECK(tune::pareto_frontier({}).empty());
+}
+
+TEST_CASE("tune: a recommendation keeps to the wishes") {
+    const std::vector<tune::Measurement> results{
+        made_up(2, 10, 0.05, 1e6),
+        made_up(3, 20, 0.02, 2e6),
+        made_up(4, 40, 0.008, 4e6),
+        made_up(6, 90, 0.002, 9e6),
+    };
+    const auto quality = [&](const tune::Wishes& wishes) {
+        const tune::Recommendation r = tune::recommend(results, wishes);
+        CHECK_FALSE(r.reason.empty());
+        return r.choice ? r.choice->candidate.quality : 0.0f;
+    };
+    SUBCASE("none: the fastest below 1 %") {
+        CHECK(quality({}) == 4.0f);
+    }
+    SUBCASE("time: the most exact; a first frame costs twice as much here") {
+        CHECK(quality({.ns_per_point = 80.0}) == 4.0f);
+        CHECK(quality({.ns_per_point = 80.0, .frame = tune::Frame::later}) == 4.0f);
+        CHECK(quality({.ns_per_point = 79.0}) == 3.0f);
+        CHECK(quality({.ns_per_point = 90.0, .frame = tune::Frame::later}) == 6.0f);
+        CHECK(quality({.ns_per_point = 19.0}) == 0.0f);
+    }
+    SUBCASE("seconds a frame, shared by threads") {
+        CHECK(quality({.seconds_per_frame = 80e-6}) == 4.0f);
+        CHECK(quality({.seconds_per_frame = 80e-6, .threads = 4.0}) == 6.0f);
+    }
+    SUBCASE("error: the fastest") {
+        CHECK(quality({.mean_absolute_error = 0.02}) == 3.0f);
+        CHECK(quality({.mean_absolute_error = 0.001}) == 0.0f);
+        CHECK(quality({.ns_per_point = 100.0, .mean_absolute_error = 0.02}) == 3.0f);
+        CHECK(quality({.ns_per_point = 30.0, .mean_absolute_error = 0.02}) == 0.0f);
+    }
+    SUBCASE("memory") {
+        CHECK(quality({.mean_absolute_error = 0.05, .bytes = 1e6}) == 2.0f);
+        CHECK(quality({.ns_per_point = 1000.0, .bytes = 4e6}) == 4.0f);
+        CHECK(quality({.bytes = 2e6}) == 3.0f);
+        CHECK(quality({.bytes = 1e5}) == 0.0f);
+    }
+    SUBCASE("radius") {
+        CHECK(quality({.radius = 1.0f}) == 4.0f);
+        CHECK(quality({.radius = 2.0f}) == 0.0f);
+    }
+    SUBCASE("reasons") {
+        CHECK(tune::recommend(results, {.bytes = 1e5}).reason ==
+              "No candidate fits 0.1 MB; the nearest is r 1, q 2, linked, rays with 1 MB.");
+        CHECK(tune::recommend({}, {}).reason == "There is no measured candidate to choose from.");
+    }
+    SUBCASE("what makes no sense") {
+        CHECK_THROWS_AS(quality({.ns_per_point = std::nan("")}), std::invalid_argument);
+        CHECK_THROWS_AS(quality({.seconds_per_frame = 0.0}), std::invalid_argument);
+        CHECK_THROWS_AS(quality({.mean_absolute_error = -0.1}), std::invalid_argument);
+        CHECK_THROWS_AS(quality({.bytes = -1.0}), std::invalid_argument);
+        CHECK_THROWS_AS(quality({.threads = 0.0}), std::invalid_argument);
+    }
+}
+
+TEST_CASE("tune: what is not finite is never recommended") {
+    const double nan = std::nan("");
+    std::vector<tune::Measurement> results{made_up(2, nan, 0.0, 1.0), made_up(3, 1.0, nan, 1.0),
+                                           made_up(4, 1.0, 0.0, nan), made_up(5, 1.0, infinity, 1.0)};
+    CHECK_FALSE(tune::recommend(results, {}).choice);
+    results.push_back(made_up(6, 100.0, 0.5, 1e9));
+    REQUIRE(tune::recommend(results, {}).choice);
+    CHECK(tune::recommend(results, {}).choice->candidate.quality == 6.0f);
+}
+
+TEST_CASE("tune: the suggested radius is that of the penumbra") {
+    // A floor of 20 x 20, and above it a plate that shades the middle: d = 1, D = 3.
+    std::vector<test::Triangle> triangles;
+    test::add_quad(triangles, {-10, -10, 0}, {20, 0, 0}, {0, 20, 0});
+    test::add_quad(triangles, {-5, -5, 1}, {10, 0, 0}, {0, 10, 0});
+    const test::PlainTracer tracer{&triangles};
+    std::vector<glm::vec3> points{{-10, -10, 0}, {10, 10, 0}};  // in the light: the size of the scene
+    for (int i = 0; i < 20; ++i)
+        points.emplace_back(0.01f * static_cast<float>(i) - 0.1f, 0.0f, 0.0f);
+    const std::vector<glm::vec3> normals(points.size(), glm::vec3(0, 0, 1));
+    const tune::Samples samples{points, normals};
+
+    const std::vector<lightmesh::Light> lamp{lightmesh::PointLight{{0, 0, 4}}};
+    const tune::Subject by_lamp{tracer, lamp, samples};
+    const tune::RadiusAdvice near = tune::suggest_radii(by_lamp, 0.3);
+    CHECK(near.shadowed == 20);
+    CHECK(near.pairs == 22);
+    CHECK(near.penumbra_width == doctest::Approx(2.0 * 0.3 * 4.0 / 3.0).epsilon(0.01));
+    CHECK(near.radius == doctest::Approx(0.5));  // nearest to 0.4 in its series, which has 0.3 and 0.5
+    CHECK(near.radii.size() == 3);
+
+    const std::vector<lightmesh::Light> sun{lightmesh::DirectionalLight{{0, 0, -1}}};
+    const tune::Subject by_sun{tracer, sun, samples};
+    CHECK(tune::suggest_radii(by_sun, 0.3).penumbra_width == doctest::Approx(2.0 * 0.3).epsilon(0.01));
+
+    const std::vector<lightmesh::Light> outside{lightmesh::PointLight{{100, 0, 0.5f}}};
+    const tune::Subject unshaded{tracer, outside, samples};
+    CHECK(tune::suggest_radii(unshaded).shadowed == 0);
+    CHECK(tune::suggest_radii(unshaded).radius == doctest::Approx(0.3));  // 28 / 100, rounded
+
+    CHECK_THROWS_AS(tune::suggest_radii(by_lamp, 0.0), std::invalid_argument);
+    CHECK_THROWS_AS(tune::suggest_radii(by_lamp, std::nan("")), std::invalid_argument);
+    const tune::Subject one_point{tracer, lamp,
+                                  tune::Samples{samples.points.first(1), samples.normals.first(1)}};
+    CHECK_THROWS_AS(tune::suggest_radii(one_point), std::invalid_argument);
+}
