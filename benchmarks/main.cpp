@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
     for (const Row& row : all_rows()) {
         benchmark::RegisterBenchmark(row.name().c_str(), run, row)
             ->Iterations(1)
-            ->Repetitions(3)
+            ->Repetitions(row.repetitions)
             ->UseManualTime()
             ->ComputeStatistics("min", least)
             ->ReportAggregatesOnly()

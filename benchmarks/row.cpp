@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "row.hpp"
 
+#include "pass.hpp"
 #include "workloads.hpp"
 
 #include <array>
@@ -41,19 +42,9 @@ std::unique_ptr<Contestant> make_empty(const Row& row) {
     }
 }
 
-/// Asks for all points of the row once.
-void fill(const Contestant& contestant, const Row& row) {
-    const ShadingPoints& points = points_of(row.scene, row.most_points);
-    std::vector<float> lit(ShadingPoints::most_in_tile * row.lights);
-    for (std::size_t t = 0; t < points.tile_count(); ++t) {
-        const Points tile = points.tile(t);
-        contestant.find(tile, std::span(lit).first(tile.size() * row.lights));
-    }
-}
-
 std::shared_ptr<const Contestant> make_full(const Row& row) {
     std::shared_ptr<const Contestant> made = make_empty(row);
-    fill(*made, row);
+    Pass(points_of(row.scene, row.most_points), row.lights, 0).run(*made);
     return made;
 }
 

@@ -12,10 +12,11 @@ enum class Algorithm { hard, area, pcf, exact, linked, express };
 
 /// What one row measures.
 struct Row {
-    std::string scene;
+    std::string scene = {};
     Algorithm algorithm = Algorithm::hard;
     std::size_t lights = 64;
     std::size_t most_points = 0;  ///< 0: all of the picture
+    int repetitions = 3;
 
     std::string form = {};  ///< of hard and area
 

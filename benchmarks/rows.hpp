@@ -8,8 +8,9 @@
 namespace bench {
 
 /// All rows of a full run. The cross product of everything would take hours: the numbers of lights are swept
-/// at q = 4 and the qualities at 64 lights; forms of rays and both ways to query are told apart on the park.
-/// Rows that trace rays for each point are timed on parts of the picture.
+/// at q = 4 and the qualities at 64 lights; other forms of rays and the query point by point are for the
+/// park; rows that trace rays for each point are timed on parts of the picture, and the slowest rows once or
+/// twice.
 std::vector<Row> all_rows();
 
 }  // namespace bench

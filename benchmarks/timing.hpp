@@ -13,8 +13,7 @@ struct Timing {
     std::shared_ptr<const Contestant> contestant;  ///< as the pass left it
 };
 
-/// Asks for all points once, tile by tile in the order of the picture. The time of a cold row includes making
-/// the mesh. Threads take the next tile each when they are done with the last.
+/// The time of a cold row includes making the mesh.
 Timing time_pass(const Row& row);
 
 }  // namespace bench

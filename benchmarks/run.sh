@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# Builds the benchmarks for this machine's processor and runs them: about 12 minutes on one core.
+#
+#   benchmarks/run.sh                        all rows; writes benchmarks/results/
+#   benchmarks/run.sh --benchmark_filter=... options for Google Benchmark; writes nothing there
+set -euo pipefail
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(dirname "$here")
+build=${LIGHTMESH_BUILD_DIR:-$root/build/benchmarks}
+results=$here/results
+
+[ ! -x "$root/cmake/setup-debian.sh" ] || "$root/cmake/setup-debian.sh"
+
+cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
+cmake --build "$build" --target lightmesh-benchmarks --parallel
+program=$(find "$build" -name lightmesh-benchmarks -type f -perm -u+x)
+
+echo
+echo "Debian builds its Google Benchmark without optimisation, and says so below: it does no harm, since each"
+echo "row takes its own time over one long pass."
+if [ $# -gt 0 ]; then
+    exec "$program" --benchmark_counters_tabular=true "$@"
+fi
+
+report=$build/report.json
+"$program" --benchmark_counters_tabular=true --benchmark_enable_random_interleaving=true \
+    --benchmark_out="$report" --benchmark_out_format=json
+
+mkdir -p "$results"
+# The machine's kind matters, its name and folders do not.
+jq 'del(.context.host_name, .context.executable)' "$report" >"$results/benchmarks.json"
+jq -r -L "$here" -f "$here/plot.jq" "$results/benchmarks.json" >"$build/times.txt"
+machine=$(jq -r '.context | "\(.processor), \(.compiler), Embree \(.embree)"' "$results/benchmarks.json")
+gnuplot -e "data='$build/times.txt'; picture='$results/time-per-point.svg'; machine='$machine'" "$here/plot.gp"
+jq -r -L "$here" -f "$here/figures.jq" "$results/benchmarks.json" >"$results/figures.md"
+
+echo
+cat "$results/figures.md"
+jq -r '.benchmarks[] | select(.error_occurred) | "not timed: \(.run_name): \(.error_message)"' "$results/benchmarks.json"
+echo "Written: $results/benchmarks.json, figures.md, time-per-point.svg"
