@@ -3,6 +3,7 @@
 
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/depth_view.hpp>
+#include <lightmesh/segment.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
@@ -55,6 +56,15 @@ private:
     }
 };
 
+/// Traces box scenes: a `lightmesh::Intersector`.
+struct BoxTracer {
+    const BoxScene* scene;
+
+    bool occluded(const lightmesh::Segment& segment) const {
+        return scene->blocked(glm::dvec3(segment.origin), glm::dvec3(segment.target));
+    }
+};
+
 /// Renders box scenes by one ray through the middle of each texel, and counts what it is asked for.
 struct BoxRenderer {
     const BoxScene* scene;
@@ -67,8 +77,10 @@ struct BoxRenderer {
             for (int column = 0; column < view.resolution; ++column) {
                 const lightmesh::DepthRay ray = view.ray(column, row);
                 const auto place = static_cast<std::size_t>(row * view.resolution + column);
+                const double t_near =
+                    static_cast<double>(view.z_near / glm::dot(ray.direction, view.forward));
                 distance[place] =
-                    static_cast<float>(scene->hit(glm::dvec3(ray.origin), glm::dvec3(ray.direction)));
+                    static_cast<float>(scene->hit(glm::dvec3(ray.origin), glm::dvec3(ray.direction), t_near));
             }
         }
     }

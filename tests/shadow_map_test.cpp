@@ -119,8 +119,9 @@ TEST_SUITE("shadow map") {
         scene.boxes.push_back(
             {{-11.0f, -11.0f, -11.0f}, {-10.0f, 11.0f, 11.0f}});  // walls at x = -10 and z = -10
         scene.boxes.push_back({{-11.0f, -11.0f, -11.0f}, {11.0f, 11.0f, -10.0f}});
-        for (const glm::vec3 place : {glm::vec3(0.0f), glm::vec3(-9.99f, 0.0f, -9.99f),
-                                      glm::vec3(-9.999f, 3.0f, 2.0f), glm::vec3(40.0f, 5.0f, 30.0f)})
+        for (const glm::vec3 place :
+             {glm::vec3(0.0f), glm::vec3(-9.99f, 0.0f, -9.99f), glm::vec3(-9.999f, 3.0f, 2.0f),
+              glm::vec3(-10.0f, -2.0f, 3.0f), glm::vec3(40.0f, 5.0f, 30.0f)})
             compare_with_rays(scene, lightmesh::PointLight{place}, 512, 2.0 / 512);
     }
 
@@ -245,7 +246,7 @@ TEST_SUITE("shadow map") {
         CHECK(views == 2);
     }
 
-    TEST_CASE("what look_up is sure of is so; the rest is little") {
+    TEST_CASE("what look_up is sure of is so, and the rest is little") {
         const auto scene = boxes_at_random(6, 20);
         const lightmesh::PointLight light{{0.3f, -9.0f, 0.7f}};
         const Map map({&scene}, light, settings_of(1024));

@@ -15,6 +15,7 @@
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/depth_view.hpp>
 
+#include <glm/geometric.hpp>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -57,7 +58,8 @@ private:
             const int column = left + i % 4;
             const int row = top + i / 4;
             valid[i] = column < view.resolution && row < view.resolution ? -1 : 0;
-            set_ray(packet.ray, i, view.ray(column, row));
+            const lightmesh::DepthRay ray = view.ray(column, row);
+            set_ray(packet.ray, i, ray, view.z_near / glm::dot(ray.direction, view.forward));
             packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
             packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
         }
@@ -73,14 +75,14 @@ private:
         }
     }
 
-    static void set_ray(RTCRay16& rays, int i, const lightmesh::DepthRay& ray) {
+    static void set_ray(RTCRay16& rays, int i, const lightmesh::DepthRay& ray, float t_near) {
         rays.org_x[i] = ray.origin.x;
         rays.org_y[i] = ray.origin.y;
         rays.org_z[i] = ray.origin.z;
         rays.dir_x[i] = ray.direction.x;
         rays.dir_y[i] = ray.direction.y;
         rays.dir_z[i] = ray.direction.z;
-        rays.tnear[i] = 0.0f;
+        rays.tnear[i] = t_near;
         rays.tfar[i] = std::numeric_limits<float>::infinity();
         rays.time[i] = 0.0f;
         rays.mask[i] = ~0u;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <lightmesh/light_table.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/ray_ends.hpp>
 #include <lightmesh/trace.hpp>
 
 #include <glm/vec3.hpp>
@@ -10,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <variant>
 
 /// V(L, x), the visibility of a light from a light point. A long test answers for one unit at a time (see
 /// `brick.hpp`). Here what all of them share, and the one by rays.
@@ -24,6 +27,16 @@ struct LongTestCost {
     std::uint64_t tests = 0;
     std::uint64_t rays = 0;
 };
+
+/// How far from the light the rays of long tests start; what is nearer hides nothing (see `light_end`). 0 for
+/// directional lights, which are nowhere.
+inline float light_clearance(const Light& light, float step) {
+    if (const auto* point = std::get_if<PointLight>(&light))
+        return end_offset(point->position, step);
+    if (const auto* spot = std::get_if<SpotLight>(&light))
+        return end_offset(spot->position, step);
+    return 0.0f;
+}
 
 /// What a long test is asked: does light first + l, l < count <= 8, see points[p]? Lights that no point
 /// within `radius` of the cell can be reached by are dark and cost nothing. The answer has bit 8 l + p set

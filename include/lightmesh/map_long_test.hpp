@@ -3,6 +3,7 @@
 
 #include <lightmesh/check.hpp>
 #include <lightmesh/depth_renderer.hpp>
+#include <lightmesh/grid.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/long_test.hpp>
 #include <lightmesh/settings.hpp>
@@ -20,19 +21,21 @@
 namespace lightmesh::detail {
 
 /// Long tests by looking into shadow maps (LMM+ATK); with `Settings::refine_shadow_maps`, by rays where a map
-/// cannot tell.
+/// cannot tell. The maps begin where the rays of `RayLongTest` do.
 template <DepthRenderer Renderer>
 class MapLongTest {
 public:
     MapLongTest(Renderer renderer, std::span<const Light> lights, const Settings& settings)
         : refine_(settings.refine_shadow_maps) {
         const auto shared = std::make_shared<SharedDepthRenderer<Renderer>>(std::move(renderer));
-        const ShadowMapSettings map{.resolution = settings.shadow_map_size,
-                                    .scene_bounds = settings.scene_bounds};
+        ShadowMapSettings map{.resolution = settings.shadow_map_size, .scene_bounds = settings.scene_bounds};
+        const auto step = static_cast<float>(Grid(settings).step());
         maps_.reserve(lights.size());
-        for (std::size_t i = 0; i < lights.size(); ++i)
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            map.z_near = light_clearance(lights[i], step);
             maps_.push_back(
                 std::make_unique<const ShadowMap<Renderer>>(shared, lights[i], map, "light " + to_text(i)));
+        }
     }
 
     template <Intersector Tracer>

@@ -77,7 +77,7 @@ enum class ShadowMapLookup {
 /// behind a surface counts as lit.
 ///
 /// The four texels whose middles surround the point are asked. If they disagree, and lie on one surface
-/// (their distances differ by up to 16 sides of a texel: seen at up to 86 degrees), the plane through them
+/// (their distances differ by up to 16 sides of a texel: seen at up to 85 degrees), the plane through them
 /// is compared with the point, so that surfaces do not shade themselves; else the majority by bilinear
 /// weights decides. Texels beyond the edge of a picture are those of the next face.
 ///
@@ -121,7 +121,8 @@ public:
     }
 
     /// V(L, x) if the map can tell: if all four texels say the same, by more than the side of a texel, or if
-    /// the plane through them, seen at up to 76 degrees, is farther from the point than a tenth of that.
+    /// the plane through them, seen at up to 70 degrees (their distances differ by up to 4 sides of a texel),
+    /// is farther from the point than a tenth of a side.
     ShadowMapLookup look_up(const glm::vec3& point) const {
         if (!detail::is_finite(point))
             return ShadowMapLookup::dark;

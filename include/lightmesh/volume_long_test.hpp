@@ -6,7 +6,6 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/long_test.hpp>
 #include <lightmesh/occluders.hpp>
-#include <lightmesh/ray_ends.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadow_volume.hpp>
 #include <lightmesh/trace.hpp>
@@ -17,13 +16,12 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <variant>
 #include <vector>
 
 namespace lightmesh::detail {
 
-/// Long tests by shadow volumes (LMM+ATO), of one copy of the user's triangles. What a ray would pass by at
-/// its shortened light's end (see `light_end`) hides nothing here either.
+/// Long tests by shadow volumes (LMM+ATO), of one copy of the user's triangles. They begin where the rays of
+/// `RayLongTest` do.
 class VolumeLongTest {
 public:
     template <Occluders Source>
@@ -32,7 +30,8 @@ public:
         const auto step = static_cast<float>(Grid(settings).step());
         volumes_.reserve(lights.size());
         for (std::size_t i = 0; i < lights.size(); ++i)
-            volumes_.emplace_back(triangles_, lights[i], clearance(lights[i], step), "light " + to_text(i));
+            volumes_.emplace_back(triangles_, lights[i], light_clearance(lights[i], step),
+                                  "light " + to_text(i));
     }
 
     template <Intersector Tracer>
@@ -56,14 +55,6 @@ public:
     }
 
 private:
-    static float clearance(const Light& light, float step) {
-        if (const auto* point = std::get_if<PointLight>(&light))
-            return end_offset(point->position, step);
-        if (const auto* spot = std::get_if<SpotLight>(&light))
-            return end_offset(spot->position, step);
-        return 0.0f;
-    }
-
     std::shared_ptr<const OccluderTriangles> triangles_;
     std::vector<ShadowVolumes> volumes_;
 };
