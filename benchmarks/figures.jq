@@ -1,9 +1,19 @@
 # The figures that the library is held to, from a report: jq -r -L . -f figures.jq report.json
 include "rows";
 
-def rounded: if isinfinite then "more than 16" elif . >= 100 then round elif . >= 10 then (10 * . | round) / 10 else (100 * . | round) / 100 end;
-def at_least($what; $bar; $value): {$what, bar: "\($bar) or more", $value, reached: ($value >= $bar)};
-def at_most($what; $bar; $value): {$what, bar: "\($bar) or less", $value, reached: ($value <= $bar)};
+def rounded:
+    if isinfinite then "more than 16"
+    elif . >= 100 then round
+    elif . >= 10 then (10 * . | round) / 10
+    else (100 * . | round) / 100
+    end;
+
+# `value` may fail for want of a row; then nothing was measured.
+def figure($what; $bar; value): {$what, $bar, value: (try value catch null)};
+def at_least($what; $bar; value):
+    figure($what; "\($bar) or more"; value) | .reached = (.value != null and .value >= $bar);
+def at_most($what; $bar; value):
+    figure($what; "\($bar) or less"; value) | .reached = (.value != null and .value <= $bar);
 
 # The number of lights at which a warm mesh costs what hard shadow rays cost, between those that were timed.
 def break_even($algorithm):
@@ -30,7 +40,7 @@ def gain_by_threads($algorithm; $heat):
     | max;
 
 def figures:
-    ns("park/hard/single/lights:64") as $hard
+    (try ns("park/hard/single/lights:64") catch null) as $hard
     | fastest_form(64) as $fastest
     | mesh_ns("express"; "warm"; 64) as $express_warm
     | mesh_ns("linked"; "warm"; 64) as $linked_warm
@@ -63,4 +73,6 @@ def figures:
 
 "| what | to reach | measured | reached |",
 "|---|---|---|---|",
-(rows | figures | "| \(.what) | \(.bar) | \(.value | rounded) | \(if .reached then "yes" else "no" end) |")
+(rows
+ | figures
+ | "| \(.what) | \(.bar) | \(if .value == null then "not measured" else (.value | rounded) end) | \(if .reached then "yes" else "no" end) |")

@@ -10,8 +10,10 @@
 #include "workloads.hpp"
 
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <iostream>
 
 namespace {
 
@@ -35,7 +37,17 @@ void set_counters(benchmark::State& state, const Row& row, const Checked& checke
     }
 }
 
+/// Interleaved rows are reported when the last of them is done, so a terminal is told what goes on.
+void show_progress(const Row& row) {
+    static int pass = 0;
+    ++pass;
+    if (isatty(STDERR_FILENO))
+        std::cerr << "\r\033[K"
+                  << "pass " << pass << ": " << row.name() << std::flush;
+}
+
 void run(benchmark::State& state, const Row& row) {
+    show_progress(row);
     const Checked& checked = check(row);
     if (!checked.problem.empty()) {
         state.SkipWithError(checked.problem.c_str());
@@ -72,5 +84,7 @@ int main(int argc, char** argv) {
             ->Unit(benchmark::kMillisecond);
     }
     benchmark::RunSpecifiedBenchmarks();
+    if (isatty(STDERR_FILENO))
+        std::cerr << "\r\033[K";
     benchmark::Shutdown();
 }

@@ -30,8 +30,10 @@ report=$build/report.json
     --benchmark_out="$report" --benchmark_out_format=json
 
 mkdir -p "$results"
-# The machine's kind matters, its name and folders do not.
-jq 'del(.context.host_name, .context.executable)' "$report" >"$results/benchmarks.json"
+# The machine's kind matters, its name and folders do not; nor do means, which a moment of noise spoils.
+jq 'del(.context.host_name, .context.executable)
+    | .benchmarks |= map(select(.run_type == "iteration" or .aggregate_name == "min" or .aggregate_name == "median"))' \
+    "$report" >"$results/benchmarks.json"
 jq -r -L "$here" -f "$here/plot.jq" "$results/benchmarks.json" >"$build/times.txt"
 machine=$(jq -r '.context | "\(.processor), \(.compiler), Embree \(.embree)"' "$results/benchmarks.json")
 gnuplot -e "data='$build/times.txt'; picture='$results/time-per-point.svg'; machine='$machine'" "$here/plot.gp"
