@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <utility>
+#include <stdexcept>
 #include <vector>
 
 /// Which radius, which quality, which tests? Measured with the user's own tracer, lights and shading points,
@@ -85,7 +85,7 @@ void run_radius(const Subject<Adapters...>& subject, std::span<const Candidate> 
             missing.push_back(candidate);
     if (missing.empty())
         return;
-    reporter.progress.task = "r " + lightmesh::detail::to_text(radius) + ", reference";
+    reporter.progress.task = "r " + shortest(radius) + ", reference";
     reporter.report();
     const Reference reference(subject, radius, largest_quality(candidates, radius), options, reporter);
     Candidate sparse = missing.front();

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
 #include <lightmesh/settings.hpp>
 
+#include <cstdlib>
+#include <limits>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -91,21 +93,24 @@ inline const char* name_of(LongTest long_test) {
     return "shadow volumes";
 }
 
-/// For people: "r 3, q 4, linked, shadow maps 1024".
-inline std::string describe(const Candidate& candidate) {
-    std::string text = "r " + lightmesh::detail::to_text(candidate.radius) + ", q " +
-                       lightmesh::detail::to_text(candidate.quality) + ", " + name_of(candidate.short_test) +
-                       ", " + name_of(candidate.long_test);
-    if (uses_shadow_maps(candidate.long_test))
-        text += " " + lightmesh::detail::to_text(candidate.shadow_map_size);
-    return text;
-}
-
 namespace detail {
+
+/// With as few digits as tell it from all other floats.
+inline std::string shortest(float value) {
+    std::ostringstream text;
+    for (int digits = 6; digits <= std::numeric_limits<float>::max_digits10; ++digits) {
+        text.str({});
+        text.precision(digits);
+        text << value;
+        if (std::strtof(text.str().c_str(), nullptr) == value)
+            break;
+    }
+    return text.str();
+}
 
 /// A float as C++ source: always with a point or an exponent, so that the suffix f is legal.
 inline std::string to_source(float value) {
-    std::string text = lightmesh::detail::to_text(value);
+    std::string text = shortest(value);
     if (text.find_first_of(".e") == std::string::npos)
         text += ".0";
     return text + "f";
@@ -113,8 +118,17 @@ inline std::string to_source(float value) {
 
 }  // namespace detail
 
-/// For programs, to be pasted: "lightmesh::Settings{.radius = 3.0f, .quality = 4.0f, ...}". Numbers are
-/// written with all their digits.
+/// For people: "r 3, q 4, linked, shadow maps 1024".
+inline std::string describe(const Candidate& candidate) {
+    std::string text = "r " + detail::shortest(candidate.radius) + ", q " +
+                       detail::shortest(candidate.quality) + ", " + name_of(candidate.short_test) + ", " +
+                       name_of(candidate.long_test);
+    if (uses_shadow_maps(candidate.long_test))
+        text += " " + std::to_string(candidate.shadow_map_size);
+    return text;
+}
+
+/// For programs, to be pasted: "lightmesh::Settings{.radius = 3.0f, .quality = 4.0f, ...}".
 inline std::string to_source(const Candidate& candidate) {
     std::string text = "lightmesh::Settings{.radius = " + detail::to_source(candidate.radius) +
                        ", .quality = " + detail::to_source(candidate.quality) +

@@ -36,8 +36,8 @@ struct Wishes {
     std::optional<float> radius{};
 };
 
-/// Mean absolute error that is asked for if neither time nor error is: 1 %.
-inline constexpr double default_error = 0.01;
+/// Mean absolute error that is asked for if neither time nor error is limited.
+inline constexpr double default_error = 0.05;
 
 /// What to use, and why.
 struct Recommendation {
@@ -162,9 +162,11 @@ inline std::vector<std::size_t> pareto_frontier(std::span<const Measurement> res
 }
 
 /// What to use. Among the candidates that keep within all limits: the most exact if there is a limit to the
-/// time but none to the error, else the fastest. If neither is limited, the fastest with an error of at most
-/// `default_error`, or the most exact if there is none such. Measurements that are not finite are never
-/// chosen. Without `Wishes::radius`, all radii compete, each with the error to its own reference.
+/// time but none to the error; the fastest if there is one to the error. If neither is limited, the best
+/// balance: of those with an error of at most `default_error` the one with the least product of time and
+/// error, so that all others lose more of the one than they gain of the other; or the most exact if none is
+/// that exact. Measurements that are not finite are never chosen. Without `Wishes::radius`, all radii
+/// compete, each with the error to its own reference.
 ///
 /// Throws std::invalid_argument that names the value for a wish that is NaN, negative or (but for the error)
 /// 0.
@@ -225,9 +227,12 @@ inline Recommendation recommend(std::span<const Measurement> results, const Wish
         const bool found = detail::narrow(
             among, [&](const Measurement& m) { return error(m) <= default_error; }, error,
             [](const Measurement& m) { return detail::error_text(m); }, "", none);
+        const auto product = [&](const Measurement& m) {
+            return time(m) * error(m);
+        };
         const std::string limit = detail::rounded(100.0 * default_error) + " %";
-        result.choice = found ? detail::least(among, time) : detail::least(among, error);
-        result.reason = (found ? "The fastest with an error of at most " + limit + ": "
+        result.choice = found ? detail::least(among, product) : detail::least(among, error);
+        result.reason = (found ? "The best balance of time and error: "
                                : "None has an error of at most " + limit + ", so the most exact: ") +
                         with_cost(*result.choice);
     }
