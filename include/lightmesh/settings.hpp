@@ -30,7 +30,9 @@ struct Settings {
     /// stands for an uneven fraction of the step in each axis, so that walls at round coordinates do not lie
     /// on grid planes.
     glm::vec3 origin{std::numeric_limits<float>::quiet_NaN()};
-    /// Side of a shadow map in texels, in [1, 16384]; only used with a `DepthRenderer`.
+    /// Side of a shadow map in texels, in [1, 16384]; only used with a `DepthRenderer`. Seen from a light at
+    /// distance D, a texel is up to 2 D / shadow_map_size wide. Maps err where occluders, or the gaps between
+    /// them, are not many texels wide: leaves far from a light need finer maps than walls.
     int shadow_map_size = 1024;
     /// Whether a look-up that a shadow map cannot decide is decided by a ray: near-exact, for a few rays
     /// more. Only used with a `DepthRenderer`.
