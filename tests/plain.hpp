@@ -15,6 +15,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
+#include <set>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -150,7 +152,6 @@ struct Interval {
 struct Neighbour {
     Vec position;
     Answer belongs = Answer::yes;
-    glm::ivec3 place{0};  ///< steps from the first one looked at
 };
 
 class PlainMesh {
@@ -229,16 +230,16 @@ private:
                     const Answer belongs = both(greater(radius, glm::distance(x, point), sphere_band),
                                                 greater(glm::dot(n, x - point), lowest, plane_band));
                     if (belongs != Answer::no)
-                        found.push_back({x, belongs, {i, j, k}});
+                        found.push_back({x, belongs});
                 }
             }
         }
         return found;
     }
 
-    /// The linked short test: the nearest light point that P sees, of the eight around it, and all that can
-    /// be reached from there over open links inside the hemisphere, each step leading away from it; if no
-    /// link inside the hemisphere is blocked, all of it. One doubt about any of it makes all light points
+    /// The linked short test: a light point next to P that P sees, its seed, and all of D that can be reached
+    /// from there over open links, each step leading away from it. Links play no part farther than q + 1
+    /// steps from the seed, and what lies there is doubtful. One doubt about a link makes all light points
     /// doubtful.
     std::vector<Neighbour> linked(const Vec& point, const Vec& n, std::vector<Neighbour> inside) const {
         std::vector<Neighbour> doubtful = inside;
@@ -248,84 +249,100 @@ private:
             if (x.belongs == Answer::unsure)
                 return doubtful;
 
-        const std::pair<std::size_t, Answer> nearest = nearest_seen(point, n, inside);
-        const std::size_t seed = nearest.first;
-        const Answer sees_seed = nearest.second;
+        const auto [seed, sees_seed] = seed_of(point, n, inside);
         if (sees_seed == Answer::unsure)
             return doubtful;
         if (sees_seed == Answer::no)
             return {};
-
-        const std::size_t count = inside.size();
-        std::vector<std::vector<std::size_t>> open(count);
-        bool any_blocked = false;
-        for (std::size_t a = 0; a < count; ++a) {
-            for (std::size_t b = 0; b < a; ++b) {
-                const glm::ivec3 way = inside[a].place - inside[b].place;
-                if (way.x * way.x + way.y * way.y + way.z * way.z != 1)
-                    continue;
-                const Answer link = sees(inside[a].position, inside[b].position, triangles_, segment_band_);
-                if (link == Answer::unsure)
-                    return doubtful;
-                any_blocked |= link == Answer::no;
-                if (link == Answer::yes) {
-                    open[a].push_back(b);
-                    open[b].push_back(a);
-                }
-            }
-        }
-        if (!any_blocked)
-            return inside;
-
-        const auto steps_from_seed = [&](std::size_t i) {
-            const glm::ivec3 way = glm::abs(inside[i].place - inside[seed].place);
-            return way.x + way.y + way.z;
-        };
-        std::vector<bool> is_reached(count, false);
-        std::vector<std::size_t> reached{seed};
-        is_reached[seed] = true;
+        const std::optional<std::set<Index>> reached = reach_of(seed);
+        if (!reached)
+            return doubtful;
         std::vector<Neighbour> found;
-        while (!reached.empty()) {
-            const std::size_t from = reached.back();
-            reached.pop_back();
-            found.push_back(inside[from]);
-            for (const std::size_t to : open[from]) {
-                if (is_reached[to] || steps_from_seed(to) < steps_from_seed(from))
-                    continue;
-                is_reached[to] = true;
-                reached.push_back(to);
-            }
+        for (Neighbour& x : inside) {
+            const Index index = index_of(x.position);
+            if (!is_near(index, seed))
+                x.belongs = Answer::unsure;
+            else if (!reached->contains(index))
+                continue;
+            found.push_back(x);
         }
         return found;
     }
 
-    /// The nearest light point that P sees, of the corners of the grid cube just above its tangent plane.
-    std::pair<std::size_t, Answer> nearest_seen(const Vec& point, const Vec& n,
-                                                const std::vector<Neighbour>& inside) const {
+    using Index = std::array<int, 3>;
+
+    Index index_of(const Vec& x) const {
+        const Vec steps = glm::round((x - origin_) / step_);
+        return {static_cast<int>(steps.x), static_cast<int>(steps.y), static_cast<int>(steps.z)};
+    }
+
+    Vec position_of(const Index& index) const { return origin_ + step_ * Vec(index[0], index[1], index[2]); }
+
+    /// Whether a light point lies within q + 1 steps from a seed.
+    bool is_near(const Index& index, const Index& seed) const {
+        double square = 0.0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            square += std::pow(index[axis] - seed[axis], 2);
+        return square <= std::pow(quality_ + 1.0, 2);
+    }
+
+    /// All light points that the seed reaches; nothing if a link is in doubt.
+    std::optional<std::set<Index>> reach_of(const Index& seed) const {
+        std::set<Index> reached{seed};
+        std::vector<Index> waiting{seed};
+        while (!waiting.empty()) {
+            const Index from = waiting.back();
+            waiting.pop_back();
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                for (const int way : {-1, 1}) {
+                    Index to = from;
+                    to[axis] += way;
+                    const bool leads_away = (from[axis] - seed[axis]) * way >= 0;
+                    if (!leads_away || !is_near(to, seed) || reached.contains(to))
+                        continue;
+                    const Answer link = sees(position_of(from), position_of(to), triangles_, segment_band_);
+                    if (link == Answer::unsure)
+                        return std::nullopt;
+                    if (link == Answer::yes) {
+                        reached.insert(to);
+                        waiting.push_back(to);
+                    }
+                }
+            }
+        }
+        return reached;
+    }
+
+    /// The first light point that P sees, of the corners of the grid cube just above its tangent plane: even
+    /// ones first, near ones before far ones.
+    std::pair<Index, Answer> seed_of(const Vec& point, const Vec& n,
+                                     const std::vector<Neighbour>& inside) const {
         const Vec above = point + (step_ * 0x1p-8 + largest_coordinate(point) * 0x1p-20) * n;
         const Vec in_steps = (above - origin_) / step_;
         const auto to_plane = glm::abs(in_steps - glm::round(in_steps));
         if ((std::min)({to_plane.x, to_plane.y, to_plane.z}) < 1e-6)
-            return {0, Answer::unsure};  // Which cube?
+            return {{}, Answer::unsure};  // Which cube?
 
         std::vector<std::size_t> around;
         for (std::size_t i = 0; i < inside.size(); ++i)
             if (glm::all(glm::lessThan(glm::abs(inside[i].position - above), Vec(step_))))
                 around.push_back(i);
-        const auto distance_to = [&](std::size_t i) {
-            return glm::distance(inside[i].position, above);
+        const auto rank = [&](std::size_t i) {
+            const Index index = index_of(inside[i].position);
+            const bool is_odd = (index[0] + index[1] + index[2]) % 2 != 0;
+            return glm::distance(inside[i].position, above) + (is_odd ? 10.0 * step_ : 0.0);
         };
         std::sort(around.begin(), around.end(),
-                  [&](std::size_t a, std::size_t b) { return distance_to(a) < distance_to(b); });
+                  [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
         for (std::size_t i = 0; i < around.size(); ++i) {
-            if (i + 1 < around.size() && distance_to(around[i + 1]) - distance_to(around[i]) < 1e-5 * step_)
-                return {0, Answer::unsure};
-            const Answer seen =
-                sees(surface_end(point, n), inside[around[i]].position, triangles_, segment_band_);
+            if (i + 1 < around.size() && rank(around[i + 1]) - rank(around[i]) < 1e-5 * step_)
+                return {{}, Answer::unsure};
+            const Vec& position = inside[around[i]].position;
+            const Answer seen = sees(surface_end(point, n), position, triangles_, segment_band_);
             if (seen != Answer::no)
-                return {around[i], seen};
+                return {index_of(position), seen};
         }
-        return {0, Answer::no};
+        return {{}, Answer::no};
     }
 
     /// The least and the greatest average over D. A light point that may belong to D lowers the average if it

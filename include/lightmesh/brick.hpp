@@ -3,6 +3,7 @@
 
 #include <lightmesh/hemisphere.hpp>
 #include <lightmesh/light_table.hpp>
+#include <lightmesh/reach.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -108,10 +109,27 @@ public:
     BrickLinks& links() { return links_; }
     const BrickLinks& links() const { return links_; }
 
+    /// What one of the brick's light points reaches, or null if nobody has looked yet.
+    const Reach* reach_of(int bit) const {
+        const Reach* reach = last_reach();
+        while (reach != nullptr && reach->seed_bit() != bit)
+            reach = reach->next();
+        return reach;
+    }
+    const Reach* last_reach() const { return last_reach_.load(std::memory_order_acquire); }
+    /// By one thread at a time; reach.next() must be `last_reach()`.
+    void add_reach(const Reach& reach) { last_reach_.store(&reach, std::memory_order_release); }
+
 private:
     BrickLinks links_;
+    std::atomic<const Reach*> last_reach_{nullptr};
     glm::ivec3 place_;
     BrickTile* tiles_;
 };
+
+/// The index of a light point in the grid.
+inline glm::ivec3 index_of(const Brick& brick, int bit) {
+    return brick_side * brick.place() + place_of(bit);
+}
 
 }  // namespace lightmesh::detail

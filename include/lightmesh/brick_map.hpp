@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 /// Where bricks are found: a hash table of regions of 8x8x8 bricks. Nothing has bounds; nothing is removed.
@@ -76,6 +77,29 @@ public:
         region->set(place, brick);
         ++brick_count_;
         return *brick;
+    }
+
+    /// The same, without a lock if it is there.
+    Brick& find_or_make_brick(const glm::ivec3& place) {
+        const Region* region = find_region({place.x >> 3, place.y >> 3, place.z >> 3});
+        Brick* brick = region != nullptr ? region->find(place) : nullptr;
+        return brick != nullptr ? *brick : make_brick(place);
+    }
+
+    /// Keeps what a light point reaches (see `Reach::build`); if somebody else was first, what they found: it
+    /// is the same. Throws std::bad_alloc.
+    const Reach& keep_reach(const glm::ivec3& seed, std::span<const std::uint64_t> reached,
+                            std::span<const std::uint64_t> asked) {
+        Brick& brick = find_or_make_brick({seed.x >> 2, seed.y >> 2, seed.z >> 2});
+        const int bit = bit_of(seed.x & 3, seed.y & 3, seed.z & 3);
+        const std::scoped_lock lock(growing_);
+        if (const Reach* kept = brick.reach_of(bit))
+            return *kept;
+        const std::size_t words = Reach::words_needed(reached.size(), Reach::count_masks(reached, asked));
+        const Reach* made =
+            Reach::build(arena_.allocate<std::uint64_t>(words), bit, reached, asked, brick.last_reach());
+        brick.add_reach(*made);
+        return *made;
     }
 
     /// Gives a tile its units if it has none yet. Throws std::bad_alloc.

@@ -7,10 +7,11 @@
 #include <lightmesh/kernels/kernels.hpp>
 #include <lightmesh/light_table.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/linked.hpp>
 #include <lightmesh/long_test.hpp>
 #include <lightmesh/long_test_source.hpp>
 #include <lightmesh/neighbours.hpp>
+#include <lightmesh/reach_search.hpp>
+#include <lightmesh/seeds.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 
@@ -137,9 +138,17 @@ private:
     /// Finds the units in `missing` (see `BrickTile`) by long tests and stores them.
     void fill(detail::Brick& brick, std::size_t tile, std::uint64_t missing) const;
 
-    void fill_links(detail::Brick& brick, std::uint32_t missing) const {
-        state_->link_rays.fetch_add(detail::fill_links(tracer_, grid_, brick, missing),
-                                    std::memory_order_relaxed);
+    /// What a light point of the brick reaches over links.
+    const detail::Reach& reach_of(const detail::Brick& brick, const glm::ivec3& seed) const {
+        if (const detail::Reach* known = brick.reach_of(detail::bit_of(seed.x & 3, seed.y & 3, seed.z & 3)))
+            return *known;
+        return find_reach(seed);
+    }
+    const detail::Reach& find_reach(const glm::ivec3& seed) const {
+        detail::ReachSearch search(tracer_, grid_, state_->bricks, seed);
+        const detail::Reach* found = search.find();
+        state_->link_rays.fetch_add(search.rays(), std::memory_order_relaxed);
+        return *found;
     }
 
     [[noreturn]] void throw_no_such_light(std::size_t light) const {
@@ -236,16 +245,17 @@ public:
     std::size_t find_neighbours(detail::BrickPoints* memory) {
         const detail::Hemisphere hemisphere(mesh_->grid_, point_, normal_);
         neighbours_.template find<Kernel>(hemisphere, mesh_->state_->bricks, memory);
-        corners_ = {mesh_->grid_, point_, normal_};
+        candidates_ = {mesh_->grid_, point_, normal_};
         return neighbours_.entries().size();
     }
 
     /// The segment to the next light point that may be the seed of the linked short test; false if there is
     /// none left.
     bool next_seed(Segment& segment) {
-        while (!corners_.empty()) {
-            seed_ = corners_.next();
-            if (!neighbours_.contains(seed_))
+        while (!candidates_.empty()) {
+            seed_ = candidates_.next();
+            seed_brick_ = neighbours_.brick_with(seed_);
+            if (seed_brick_ == nullptr)
                 continue;
             if (spent_ != nullptr)
                 ++spent_->short_rays;
@@ -258,16 +268,13 @@ public:
 
     /// The linked short test, P being known to see the seed.
     void link_to_seed() {
-        for (const detail::BrickPoints& entry : neighbours_.entries()) {
-            const std::uint32_t missing = detail::cell_bits(entry.points) & ~entry.brick->links().known();
-            if (missing != 0) [[unlikely]]
-                mesh_->fill_links(*entry.brick, missing);
-        }
-        detail::LinkedNeighbours linked(neighbours_);
-        if (linked.all_linked())
-            return;
-        linked.spread_from(seed_);
-        neighbours_.narrow([&](const detail::BrickPoints& entry) { return linked.reached(*entry.brick); });
+        const detail::ReachBox box(seed_, mesh_->settings_.quality);
+        const std::size_t slots = detail::ReachBox::slots(mesh_->settings_.quality);
+        const detail::Reach& reach = mesh_->reach_of(*seed_brick_, seed_);
+        neighbours_.narrow([&](const detail::BrickPoints& entry) {
+            const glm::ivec3& place = entry.brick->place();
+            return box.contains(place) ? reach.in_slot(box.slot(place), slots) : std::uint64_t{0};
+        });
     }
 
     /// Equation (3) for all lights. True if for each light that reaches P all neighbours agree, and there are
@@ -474,8 +481,9 @@ private:
     glm::vec3 normal_;
     bool is_valid_;
     detail::Neighbours neighbours_;
-    detail::NearestCorners corners_;
+    detail::SeedCandidates candidates_;
     glm::ivec3 seed_{0};
+    const detail::Brick* seed_brick_ = nullptr;
     std::size_t reaching_tile_ = (std::numeric_limits<std::size_t>::max)();
     Reaching reaching_;
 };

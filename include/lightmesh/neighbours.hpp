@@ -21,11 +21,6 @@ struct BrickPoints {
     std::uint64_t points;  ///< bits as in `bit_of`
 };
 
-/// The index of a light point in the grid.
-inline glm::ivec3 index_of(const Brick& brick, int bit) {
-    return brick_side * brick.place() + place_of(bit);
-}
-
 /// An interpolation set, brick by brick, in memory of the caller's.
 class Neighbours {
 public:
@@ -62,12 +57,14 @@ public:
     const glm::ivec3& first_brick() const { return first_brick_; }
     const glm::ivec3& bricks() const { return bricks_; }
 
-    bool contains(const glm::ivec3& index) const {
+    /// The brick of a light point if that is one of the neighbours, else null.
+    const Brick* brick_with(const glm::ivec3& index) const {
         const glm::ivec3 place(index.x >> 2, index.y >> 2, index.z >> 2);
+        const int bit = bit_of(index.x & 3, index.y & 3, index.z & 3);
         for (const BrickPoints& entry : entries())
             if (entry.brick->place() == place)
-                return (entry.points >> bit_of(index.x & 3, index.y & 3, index.z & 3) & 1) != 0;
-        return false;
+                return (entry.points >> bit & 1) != 0 ? entry.brick : nullptr;
+        return nullptr;
     }
 
     /// m of equation (3).

@@ -27,7 +27,7 @@
 namespace lightmesh {
 
 /// One renderer for any number of shadow maps, used by one thread at a time.
-template <DepthRenderer Renderer>
+template <class Renderer>
 class SharedDepthRenderer {
 public:
     explicit SharedDepthRenderer(Renderer renderer) : renderer_(std::move(renderer)) {}
@@ -83,7 +83,7 @@ enum class ShadowMapLookup {
 ///
 /// Range and cone of a light play no part: that is for the user of V. A point that is not finite is dark; the
 /// light itself is lit. What is outside the map of a directional light has nothing before it, and is lit.
-template <DepthRenderer Renderer>
+template <class Renderer>
 class ShadowMap {
     static_assert(check_depth_renderer<Renderer>());
 

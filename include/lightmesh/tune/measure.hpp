@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/grid.hpp>
+#include <lightmesh/light_table.hpp>
+#include <lightmesh/ray_ends.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/frame_growth.hpp>
@@ -144,5 +147,24 @@ Measurement measure(const Subject<Adapters...>& subject, const Candidate& candid
 }
 
 }  // namespace detail
+
+/// What the plain way costs, to compare with: one shadow ray of the `Intersector` for each sample and light
+/// that can reach it, one by one, on one thread. Nanoseconds per point.
+template <class... Adapters>
+double time_shadow_rays(const Subject<Adapters...>& subject) {
+    const Grid grid{Settings{}};
+    const lightmesh::detail::LightTable table(subject.lights(), grid);
+    const Samples& samples = subject.samples();
+    const detail::Watch watch;
+    for (std::size_t i = 0; i < samples.points.size(); ++i) {
+        const glm::vec3 normal = lightmesh::detail::unit_or_zero(samples.normals[i]);
+        const glm::vec3 end =
+            lightmesh::detail::surface_end(samples.points[i], normal, static_cast<float>(grid.step()));
+        for (std::size_t light = 0; light < table.size(); ++light)
+            if (table.reaches(light, samples.points[i], normal))
+                static_cast<void>(subject.tracer().occluded(table.shadow_segment(light, end)));
+    }
+    return 1e9 * watch.seconds() / static_cast<double>(samples.points.size());
+}
 
 }  // namespace lightmesh::tune
