@@ -178,7 +178,7 @@ private:
 
         bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
             const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
-            const glm::vec3 way = glm::max(glm::max(low - at, at - high), glm::vec3(0.0f));
+            const glm::vec3 way = (glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f));
             const float least = (std::max)(glm::length(way) - 1.0001f * radius, 0.0f);
             return nearness[l] * least * least <= range_squared[l];
         }

@@ -135,12 +135,12 @@ private:
                 const detail::SeenPoint seen = frame.see(corner);
                 const glm::dvec3 at(seen.xyw.x, seen.xyw.y, seen.depth);
                 const bool first = i == 0 && &corner == &(*triangles_)[0][0];
-                low = first ? at : glm::min(low, at);
-                high = first ? at : glm::max(high, at);
+                low = first ? at : (glm::min)(low, at);
+                high = first ? at : (glm::max)(high, at);
             }
         }
         const glm::dvec3 middle = 0.5 * (low + high);
-        const glm::dvec3 half = glm::max(0.5000001 * (high - low), glm::dvec3(1e-30));
+        const glm::dvec3 half = (glm::max)(0.5000001 * (high - low), glm::dvec3(1e-30));
         frame.eye = middle.x * frame.right + middle.y * frame.down + middle.z * frame.forward;
         frame.right /= half.x;
         frame.down /= half.y;

@@ -75,8 +75,8 @@ inline float diagonal_of(std::span<const glm::vec3> points) {
     glm::vec3 low = points.front();
     glm::vec3 high = low;
     for (const glm::vec3& point : points) {
-        low = glm::min(low, point);
-        high = glm::max(high, point);
+        low = (glm::min)(low, point);
+        high = (glm::max)(high, point);
     }
     return glm::length(high - low);
 }
