@@ -72,7 +72,7 @@ public:
             region = make_region(region_place);
         if (Brick* brick = region->find(place))
             return *brick;
-        auto* tiles = arena_.allocate_on_line<BrickTile>(tiles_per_brick_);
+        auto* tiles = arena_.allocate_zeroed<BrickTile>(tiles_per_brick_);
         auto* brick = arena_.create<Brick>(place, tiles);
         region->set(place, brick);
         ++brick_count_;

@@ -245,7 +245,8 @@ public:
     std::size_t find_neighbours(detail::BrickPoints* memory) {
         const detail::Hemisphere hemisphere(mesh_->grid_, point_, normal_);
         neighbours_.template find<Kernel>(hemisphere, mesh_->state_->bricks, memory);
-        candidates_ = {mesh_->grid_, point_, normal_};
+        if (short_test() == ShortTest::linked)
+            candidates_ = {mesh_->grid_, point_, normal_};
         return neighbours_.entries().size();
     }
 
