@@ -110,7 +110,7 @@ public:
         if (tile.has_storage())
             return;
         tile.set_storage(
-            arena_.allocate_on_line<std::uint64_t>(static_cast<std::size_t>(cells_per_brick * groups)));
+            units_.allocate_on_line<std::uint64_t>(static_cast<std::size_t>(cells_per_brick * groups)));
     }
 
     /// Calls visit(const Brick&) for all bricks.
@@ -124,7 +124,7 @@ public:
 
     std::size_t bytes() const {
         const std::scoped_lock lock(growing_);
-        std::size_t sum = sizeof *this + arena_.bytes();
+        std::size_t sum = sizeof *this + arena_.bytes() + units_.bytes();
         for (const auto& table : tables_)
             sum += sizeof(Table) + table->slots.size() * sizeof(table->slots[0]);
         return sum;
@@ -192,6 +192,7 @@ private:
     mutable std::mutex growing_;
     std::vector<std::unique_ptr<Table>> tables_;
     Arena arena_;
+    Arena units_;  // apart from the rest, so that nothing is lost to their alignment
     std::size_t region_count_ = 0;
     std::size_t brick_count_ = 0;
 };
