@@ -51,7 +51,7 @@ public:
 private:
     static constexpr std::size_t line = 64;
     static constexpr std::size_t smallest_chunk = 8 * 1024;
-    static constexpr std::size_t largest_chunk = 128 * 1024;
+    static constexpr std::size_t largest_chunk = 512 * 1024;
 
     struct Free {
         void operator()(std::byte* chunk) const { ::operator delete (chunk, std::align_val_t{line}); }
@@ -62,7 +62,7 @@ private:
         std::size_t begin = (used_ + alignment - 1) / alignment * alignment;
         if (chunks_.empty() || begin + size > capacity_) {
             // Chunks grow with the arena, so that little of a small one and of a large one lies idle.
-            const std::size_t grown = std::clamp(bytes_ / 16, smallest_chunk, largest_chunk);
+            const std::size_t grown = std::clamp(bytes_ / 64, smallest_chunk, largest_chunk);
             const std::size_t capacity = (std::max)(grown, size);
             chunks_.reserve(chunks_.size() + 1);
             chunks_.emplace_back(static_cast<std::byte*>(::operator new (capacity, std::align_val_t{line})));

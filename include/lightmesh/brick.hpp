@@ -56,11 +56,9 @@ public:
     /// Gives the tile its 8 * groups units; only once, and by one thread at a time.
     void set_storage(std::uint64_t* units) { units_.store(units, std::memory_order_release); }
 
-    /// Stores the units of `fresh` from values[8 * cell + group]; those that another thread has stored
-    /// meanwhile are left as they are: they have the same value.
+    /// Stores the units of `fresh` from values[8 * cell + group]; those that are there are left as they are:
+    /// they have the same value. By one thread at a time.
     void publish(std::uint64_t fresh, const std::uint64_t* values, int groups) {
-        while (busy_.exchange(true, std::memory_order_acquire))
-            std::this_thread::yield();
         fresh &= ~known_.load(std::memory_order_relaxed);
         std::uint64_t* units = units_.load(std::memory_order_relaxed);
         for (std::uint64_t rest = fresh; rest != 0; rest &= rest - 1) {
@@ -68,13 +66,11 @@ public:
             units[(bit / 8) * groups + bit % 8] = values[bit];
         }
         known_.fetch_or(fresh, std::memory_order_release);
-        busy_.store(false, std::memory_order_release);
     }
 
 private:
     std::atomic<std::uint64_t> known_{0};
     std::atomic<std::uint64_t*> units_{nullptr};
-    std::atomic<bool> busy_{false};
 };
 
 /// The links from a brick's light points one step up along each axis.
@@ -90,12 +86,12 @@ public:
     void publish(int cell, const std::array<std::uint64_t, 3>& open) {
         for (std::size_t axis = 0; axis < 3; ++axis)
             open_[axis].fetch_or(open[axis], std::memory_order_relaxed);
-        known_.fetch_or(1u << cell, std::memory_order_release);
+        known_.fetch_or(static_cast<std::uint8_t>(1u << cell), std::memory_order_release);
     }
 
 private:
     std::array<std::atomic<std::uint64_t>, 3> open_{};
-    std::atomic<std::uint32_t> known_{0};
+    std::atomic<std::uint8_t> known_{0};
 };
 
 /// 4x4x4 light points.
@@ -106,6 +102,15 @@ public:
     /// Index of the brick's first light point, over 4.
     const glm::ivec3& place() const { return place_; }
     BrickTile& tile(std::size_t t) const { return tiles_[t]; }
+
+    /// Stores units of a tile as `BrickTile::publish` does, after those of other threads.
+    void publish(std::size_t t, std::uint64_t fresh, const std::uint64_t* values, int groups) {
+        while (is_publishing_.exchange(true, std::memory_order_acquire))
+            std::this_thread::yield();
+        tiles_[t].publish(fresh, values, groups);
+        is_publishing_.store(false, std::memory_order_release);
+    }
+
     BrickLinks& links() { return links_; }
     const BrickLinks& links() const { return links_; }
 
@@ -121,10 +126,12 @@ public:
     void add_reach(const Reach& reach) { last_reach_.store(&reach, std::memory_order_release); }
 
 private:
-    BrickLinks links_;
-    std::atomic<const Reach*> last_reach_{nullptr};
+    // In this order, and with the end of the links' padding used, a brick has 56 bytes.
+    [[no_unique_address]] BrickLinks links_;
+    std::atomic<bool> is_publishing_{false};
     glm::ivec3 place_;
     BrickTile* tiles_;
+    std::atomic<const Reach*> last_reach_{nullptr};
 };
 
 /// The index of a light point in the grid.

@@ -574,7 +574,7 @@ void LightMesh<Tracer, LongTest, Kernel>::fill(detail::Brick& brick, std::size_t
         units[static_cast<std::size_t>(unit)] =
             long_test_(tracer_, detail::LongTestUnit{lights_, first, count, points, grid_.radius()}, cost);
     }
-    tile.publish(missing, units.data(), groups);
+    brick.publish(t, missing, units.data(), groups);
     state_->long_tests.fetch_add(cost.tests, std::memory_order_relaxed);
     state_->long_rays.fetch_add(cost.rays, std::memory_order_relaxed);
 }
