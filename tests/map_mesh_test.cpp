@@ -122,7 +122,7 @@ TEST_SUITE("light mesh by shadow maps") {
         }
     }
 
-    TEST_CASE("bounds are for directional lights alone; lights with a position work at any scale") {
+    TEST_CASE("bounds are for directional lights alone, lights with a position work at any scale") {
         for (const float scale : {1e-6f, 1.0f, 1e6f}) {
             test::BoxScene scene;
             scene.boxes.push_back(

@@ -118,7 +118,7 @@ TEST_SUITE("Vulkan depth renderer") {
         CHECK(std::ranges::find(names, renderer.device_name()) != names.end());
     }
 
-    TEST_CASE("a wall at a known distance: every texel, row 0 on top, infinity for nothing; resolution 1, "
+    TEST_CASE("a wall at a known distance: every texel, row 0 on top, infinity for nothing, resolution 1, "
               "16, 4096") {
         for (const float x : {1e-3f, 2.0f, 5000.0f}) {
             const Wall wall(x);

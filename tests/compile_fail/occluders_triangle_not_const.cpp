@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// must say: lightmesh: the Occluders' triangle must be const
+#include "wrong.hpp"
+
+struct Wrong {
+    std::size_t triangle_count() const { return 0; }
+    std::array<glm::vec3, 3> triangle(std::size_t) { return {}; }
+};
+
+const lightmesh::LightMesh mesh{Tracer{}, Wrong{}, lights, lightmesh::Settings{}};

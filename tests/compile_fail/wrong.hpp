@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/lightmesh.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+/// What programs that must not compile have in common. Each begins with the sentence that the compiler must
+/// give, and no other of ours.
+
+inline const std::vector<lightmesh::Light> lights{lightmesh::PointLight{}};
+
+struct Tracer {
+    bool occluded(const lightmesh::Segment&) const { return false; }
+};

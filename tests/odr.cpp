@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+
+// A second file of the same program that includes all of the library and uses it: what is defined twice does
+// not link.
+
+#include "blank_adapters.hpp"
+
+#include <lightmesh/lightmesh.hpp>
+#include <lightmesh/tune.hpp>
+
+float sum_in_another_file();
+
+float sum_in_another_file() {
+    return test::sum_of_meshes();
+}
