@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# Installs what is missing, builds with both compilers and with sanitizers, and runs all tests.
+#
+#   tests/run.sh           all stages
+#   tests/run.sh gcc ...   some: format, gcc, clang, address, thread
+#
+# LIGHTMESH_BUILD_DIR: where to build, instead of build/ beside this folder.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+builds=${LIGHTMESH_BUILD_DIR:-$root/build}
+jobs=$(nproc)
+
+say() { printf '\n== %s\n' "$*"; }
+
+# build_and_test NAME COMPILER [options of cmake]
+build_and_test() {
+    local build=$builds/tests-$1 compiler=$2
+    shift 2
+    CXX=$compiler cmake -S "$root" -B "$build" -DCMAKE_COMPILE_WARNING_AS_ERROR=ON "$@"
+    cmake --build "$build" --parallel "$jobs"
+    ctest --test-dir "$build" --parallel "$jobs" --output-on-failure --no-tests=error
+}
+
+format() {
+    say "every file as clang-format writes it"
+    find "$root"/{include,examples,tests,benchmarks} \( -name '*.hpp' -o -name '*.cpp' \) -print0 |
+        xargs -0 clang-format-14 --dry-run -Werror
+}
+
+# The portable kernel is all that the first build has; the second has this machine's, and tests it against the
+# portable one.
+gcc() {
+    say "g++, for any processor: all programs"
+    build_and_test gcc g++ -DCMAKE_BUILD_TYPE=Release
+    say "g++, for this processor: the library"
+    build_and_test gcc-native g++ -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON "${library_only[@]}"
+}
+
+clang() {
+    say "clang++, for this processor: all programs"
+    build_and_test clang clang++ -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON
+}
+
+address() {
+    say "address and undefined sanitizers: the library"
+    build_and_test address clang++ "${sanitized[@]}" -DLIGHTMESH_SANITIZE=address,undefined
+}
+
+# The library only: what oneTBB does looks like races.
+thread() {
+    say "thread sanitizer: the library"
+    build_and_test thread clang++ "${sanitized[@]}" -DLIGHTMESH_SANITIZE=thread
+}
+
+library_only=(-DLIGHTMESH_BUILD_EXAMPLES=OFF -DLIGHTMESH_BUILD_BENCHMARKS=OFF)
+sanitized=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DLIGHTMESH_NATIVE=ON "${library_only[@]}")
+
+"$root/cmake/setup-debian.sh" tests
+if [ $# -eq 0 ]; then
+    set -- format gcc clang address thread
+fi
+for stage in "$@"; do
+    case $stage in
+    format | gcc | clang | address | thread) "$stage" ;;
+    *)
+        echo "tests/run.sh: there is no stage '$stage'" >&2
+        exit 2
+        ;;
+    esac
+done
+say "all passed: $*"
