@@ -12,8 +12,8 @@
 #include <new>
 #include <vector>
 
-// A query on a filled mesh allocates nothing. This file replaces the global operator new of its program, which clang's
-// ThreadSanitizer does not allow.
+// A query on a filled mesh allocates nothing. This file replaces the global operator new of its program,
+// which clang's ThreadSanitizer does not allow.
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)
 #define LIGHTMESH_TEST_CANNOT_REPLACE_NEW

@@ -4,7 +4,7 @@
 # Installs what is missing, builds with both compilers and with sanitizers, and runs all tests.
 #
 #   tests/run.sh           all stages
-#   tests/run.sh gcc ...   some: format, gcc, clang, address, thread
+#   tests/run.sh gcc ...   some: style, gcc, clang, address, thread
 #
 # LIGHTMESH_BUILD_DIR: where to build, instead of build/ beside this folder.
 set -euo pipefail
@@ -24,10 +24,12 @@ build_and_test() {
     ctest --test-dir "$build" --parallel "$jobs" --output-on-failure --no-tests=error
 }
 
-format() {
+style() {
     say "every file as clang-format writes it"
     find "$root"/{include,examples,tests,benchmarks} \( -name '*.hpp' -o -name '*.cpp' \) -print0 |
         xargs -0 clang-format-14 --dry-run -Werror
+    say "clang-tidy over the library"
+    clang-tidy-14 --quiet --warnings-as-errors='*' "$root/tests/odr.cpp" -- -std=c++20 -I"$root/include"
 }
 
 # The portable kernel is all that the first build has; the second has this machine's, and tests it against the
@@ -60,11 +62,11 @@ sanitized=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DLIGHTMESH_NATIVE=ON "${library_on
 
 "$root/cmake/setup-debian.sh" tests
 if [ $# -eq 0 ]; then
-    set -- format gcc clang address thread
+    set -- style gcc clang address thread
 fi
 for stage in "$@"; do
     case $stage in
-    format | gcc | clang | address | thread) "$stage" ;;
+    style | gcc | clang | address | thread) "$stage" ;;
     *)
         echo "tests/run.sh: there is no stage '$stage'" >&2
         exit 2

@@ -19,8 +19,8 @@
 
 namespace demo {
 
-/// Asks an Embree scene whether segments are blocked. Copies share the scene, which stays alive as long as any of them.
-/// The scene must be committed, and must not change while a light mesh uses it.
+/// Asks an Embree scene whether segments are blocked. Copies share the scene, which stays alive as long as
+/// any of them. The scene must be committed, and must not change while a light mesh uses it.
 class EmbreeIntersector {
 public:
     explicit EmbreeIntersector(RTCScene scene) : scene_(scene) { rtcRetainScene(scene_); }
@@ -47,8 +47,8 @@ public:
         return is_blocked(ray.tfar);
     }
 
-    /// Many segments at once. Embree 3 takes them as one stream: its INCOHERENT streams were the fastest form of long tests
-    /// in foliage and no slower elsewhere. Embree 4 has no streams: packets of 16.
+    /// Many segments at once. Embree 3 takes them as one stream: its INCOHERENT streams were the fastest form
+    /// of long tests in foliage and no slower elsewhere. Embree 4 has no streams: packets of 16.
     void occluded(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) const {
 #if RTC_VERSION_MAJOR >= 4
         for (std::size_t first = 0; first < segments.size(); first += 16) {
@@ -86,7 +86,9 @@ private:
     }
 
     /// Embree marks a blocked ray by tfar = -infinity.
-    static bool is_blocked(float tfar) { return tfar < 0.0f; }
+    static bool is_blocked(float tfar) {
+        return tfar < 0.0f;
+    }
 
 #if RTC_VERSION_MAJOR >= 4
     void occluded_packet(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) const {
