@@ -72,18 +72,20 @@ public:
         }
     }
 
-    void add_warm_meshes(std::size_t lights, Query query) { add_meshes({.lights = lights, .query = query}); }
+    void add_warm_meshes(std::size_t lights, Query query, int repetitions = 3) {
+        add_meshes({.lights = lights, .repetitions = repetitions, .query = query});
+    }
 
     void add_cold_meshes(std::size_t lights, Query query) {
-        const int repetitions = lights == main_lights ? 3 : lights > main_lights ? 1 : 2;
+        const int repetitions = lights == main_lights ? 3 : 1;
         add_meshes({.lights = lights, .repetitions = repetitions, .cold = true, .query = query});
     }
 
     void sweep_quality() {
         for (const float quality : {2.0f, 6.0f}) {
             add_exact(main_lights, quality);
-            add_meshes({.quality = quality});
-            add_meshes({.repetitions = quality > 4.0f ? 1 : 2, .quality = quality, .cold = true});
+            add_meshes({.repetitions = 2, .quality = quality});
+            add_meshes({.repetitions = 1, .quality = quality, .cold = true});
         }
     }
 
@@ -123,7 +125,7 @@ std::vector<Row> other_rows(const std::string& scene) {
     Rows rows(scene);
     for (const std::size_t lights : light_counts) {
         rows.add_hard("single", lights);
-        rows.add_warm_meshes(lights, Query::tile);
+        rows.add_warm_meshes(lights, Query::tile, lights == main_lights ? 3 : 1);
     }
     for (const std::string& form : hard_forms())
         if (form != "single")

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# Builds the benchmarks for this machine's processor and runs them: about 12 minutes on one core.
+# Builds the benchmarks for this machine's processor and runs them: about a quarter of an hour on two cores.
 #
 #   benchmarks/run.sh                        all rows; writes benchmarks/results/
 #   benchmarks/run.sh --benchmark_filter=... options for Google Benchmark; writes nothing there
