@@ -33,14 +33,15 @@ struct FrameEstimate {
     double warm_seconds = 0.0;  ///< a frame that finds all it needs in the mesh
 };
 
-/// What a candidate costs and how well it does. Times are of one thread.
+/// What a candidate costs and how well it does. Times are of one thread, but that a `DepthRenderer` may use
+/// more.
 struct Measurement {
     Candidate candidate;
     std::size_t points = 0;             ///< surface points queried, each once in each pass
     std::size_t points_per_frame = 0;   ///< as the samples had it
     double cold_ns_per_point = 0.0;     ///< from an empty mesh, all that fills it included
     double warm_ns_per_point = 0.0;     ///< all lights, the mesh being filled
-    double setup_seconds = 0.0;         ///< making the mesh and rendering shadow maps; part of the cold time
+    double setup_seconds = 0.0;         ///< of the cold time what is paid once: mostly shadow maps
     double short_rays_per_point = 0.0;  ///< to light points, and to lights where a point sees none of them
     std::uint64_t long_rays = 0;        ///< for V(L, x), all samples together
     std::uint64_t link_rays = 0;        ///< for links between light points, all samples together
@@ -56,54 +57,73 @@ struct Measurement {
 
 namespace detail {
 
-/// One query of all the samples, block by block.
+/// One query of every `stride`-th block of the samples.
 template <class Mesh>
-double timed_pass(const Mesh& mesh, const Samples& samples, std::span<float> row, QueryStatistics* spent,
-                  Reporter& reporter) {
+double timed_pass(const Mesh& mesh, const Samples& samples, std::size_t first_block, std::size_t stride,
+                  QueryStatistics* spent, Reporter& reporter) {
+    std::vector<float> row(block_size * mesh.light_count());
     double seconds = 0.0;
     const std::size_t count = samples.points.size();
-    for (std::size_t i = 0; i < count; i += block_size) {
+    for (std::size_t i = first_block * block_size; i < count; i += stride * block_size) {
         const std::size_t size = (std::min)(block_size, count - i);
         const Watch watch;
         mesh.visibility(samples.points.subspan(i, size), samples.normals.subspan(i, size),
-                        row.first(size * mesh.light_count()), spent);
+                        std::span(row).first(size * mesh.light_count()), spent);
         seconds += watch.seconds();
         reporter.poll();
     }
     return seconds;
 }
 
-/// Times of a mesh: filling it, and the fastest pass afterwards.
+/// Times of a mesh, and what they are made of.
 struct Timing {
     double cold_seconds = 0.0;
-    double warm_seconds = 0.0;
-    QueryStatistics spent;
+    double warm_seconds = 0.0;             ///< the fastest pass
+    double seconds_per_light_point = 0.0;  ///< to fill it
+    double setup_seconds = 0.0;            ///< of the cold time what is neither warm time nor filling
+    QueryStatistics spent;                 ///< of the cold pass
+    MeshStatistics held;                   ///< after it
 };
 
+/// Fills the mesh with every second block of the samples, and then with the others. By then all that is done
+/// once is done: the second half tells what a light point costs, and so the first what comes on top of it.
 template <class Mesh>
-Timing time_mesh(const Mesh& mesh, const Samples& samples, double least_seconds, Reporter& reporter) {
-    std::vector<float> row(block_size * mesh.light_count());
+Timing time_mesh(const Mesh& mesh, const Samples& samples, const RendererCost& rendering,
+                 double least_seconds, Reporter& reporter) {
     Timing timing;
-    timing.cold_seconds = timed_pass(mesh, samples, row, &timing.spent, reporter);
-    timing.warm_seconds = timed_pass(mesh, samples, row, nullptr, reporter);
+    const double first = timed_pass(mesh, samples, 0, 2, &timing.spent, reporter);
+    const auto half = static_cast<double>(mesh.statistics().light_points);
+    const double rendered = rendering.seconds;
+    const double second = timed_pass(mesh, samples, 1, 2, &timing.spent, reporter);
+    const double rendered_late = rendering.seconds - rendered;
+    timing.held = mesh.statistics();
+    timing.cold_seconds = first + second;
+    timing.warm_seconds = timed_pass(mesh, samples, 0, 1, nullptr, reporter);
     for (double sum = timing.warm_seconds; sum < least_seconds;) {
-        const double seconds = timed_pass(mesh, samples, row, nullptr, reporter);
+        const double seconds = timed_pass(mesh, samples, 0, 1, nullptr, reporter);
         timing.warm_seconds = (std::min)(timing.warm_seconds, seconds);
         sum += (std::max)(seconds, 1e-6);
     }
+    const auto all = static_cast<double>(timing.held.light_points);
+    const double filling = timing.cold_seconds - timing.warm_seconds;
+    const double filling_late = second - rendered_late - 0.5 * timing.warm_seconds;
+    // A single block has no second half.
+    timing.seconds_per_light_point = all > half  ? (std::max)(filling_late, 0.0) / (all - half)
+                                     : all > 0.0 ? (std::max)(filling - rendering.seconds, 0.0) / all
+                                                 : 0.0;
+    timing.setup_seconds = (std::max)(filling - timing.seconds_per_light_point * all, 0.0);
     return timing;
 }
 
-inline FrameEstimate estimate_frame(const Measurement& m, const Growth& growth, double fixed_bytes) {
-    const auto points = static_cast<double>(m.points);
-    const auto per_frame = static_cast<double>(m.points_per_frame);
+inline FrameEstimate estimate_frame(const Measurement& m, const Timing& timing, const Growth& growth,
+                                    double fixed_bytes) {
     const double grown = growth.factor(m.points, m.points_per_frame);
     FrameEstimate frame;
     frame.light_points = static_cast<double>(m.light_points) * grown;
     frame.bytes = fixed_bytes + (static_cast<double>(m.bytes) - fixed_bytes) * grown;
-    frame.warm_seconds = 1e-9 * m.warm_ns_per_point * per_frame;
-    const double filling = 1e-9 * (m.cold_ns_per_point - m.warm_ns_per_point) * points - m.setup_seconds;
-    frame.cold_seconds = m.setup_seconds + frame.warm_seconds + (std::max)(filling, 0.0) * grown;
+    frame.warm_seconds = 1e-9 * m.warm_ns_per_point * static_cast<double>(m.points_per_frame);
+    frame.cold_seconds =
+        m.setup_seconds + timing.seconds_per_light_point * frame.light_points + frame.warm_seconds;
     return frame;
 }
 
@@ -123,20 +143,19 @@ Measurement measure(const Subject<Adapters...>& subject, const Candidate& candid
     subject.with_mesh(candidate, options.base, rendering, [&](const auto& mesh) {
         const double made = making.seconds();
         const std::size_t empty_bytes = mesh.statistics().bytes;
-        const Timing timing = time_mesh(mesh, samples, options.least_seconds, reporter);
-        const MeshStatistics held = mesh.statistics();
+        const Timing timing = time_mesh(mesh, samples, rendering, options.least_seconds, reporter);
         const double ns = 1e9 / static_cast<double>(m.points);
         m.cold_ns_per_point = (made + timing.cold_seconds) * ns;
         m.warm_ns_per_point = timing.warm_seconds * ns;
-        m.setup_seconds = made + rendering.seconds;
+        m.setup_seconds = made + timing.setup_seconds;
         m.short_rays_per_point = static_cast<double>(timing.spent.short_rays + timing.spent.shadow_rays) /
                                  static_cast<double>(m.points);
-        m.long_rays = held.long_rays;
-        m.link_rays = held.link_rays;
-        m.light_points = held.light_points;
-        m.bytes = held.bytes;
-        m.frame =
-            estimate_frame(m, growth, static_cast<double>(empty_bytes + rendering.texels * sizeof(float)));
+        m.long_rays = timing.held.long_rays;
+        m.link_rays = timing.held.link_rays;
+        m.light_points = timing.held.light_points;
+        m.bytes = timing.held.bytes;
+        m.frame = estimate_frame(m, timing, growth,
+                                 static_cast<double>(empty_bytes + rendering.texels * sizeof(float)));
         std::vector<float> values(reference.points().size() * mesh.light_count());
         mesh.visibility(reference.points(), reference.normals(), values);
         const Difference error = reference.difference_to(values);

@@ -91,12 +91,10 @@ PilotTiming time_pilot(const Subject<Adapters...>& subject, const Samples& pilot
     const Watch making;
     subject.with_mesh(candidate, options.base, rendering, [&](const auto& mesh) {
         const double made = making.seconds();
-        const Timing timing = time_mesh(mesh, pilot, 0.0, reporter);
-        result.setup_seconds = made + rendering.seconds;
+        const Timing timing = time_mesh(mesh, pilot, rendering, 0.0, reporter);
+        result.setup_seconds = made + timing.setup_seconds;
         result.warm_seconds = timing.warm_seconds / static_cast<double>(pilot.points.size());
-        const auto light_points = static_cast<double>(mesh.statistics().light_points);
-        const double filling = timing.cold_seconds - timing.warm_seconds - rendering.seconds;
-        result.fill_seconds = light_points > 0.0 ? (std::max)(filling, 0.0) / light_points : 0.0;
+        result.fill_seconds = timing.seconds_per_light_point;
     });
     return result;
 }

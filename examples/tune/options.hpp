@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "render/renderer.hpp"
+#include "render/visibility.hpp"
+
+#include <lightmesh/tune.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace demo {
+
+/// What the command line of `lightmesh-tune` can ask for.
+struct TuneOptions {
+    std::string scene;
+    std::size_t lights = 0;  ///< 0: the scene's own
+    // Empty: chosen by the program.
+    std::vector<float> radii;
+    std::vector<float> qualities;
+    std::vector<std::string> short_tests;
+    std::vector<std::string> long_tests;
+    std::vector<int> map_sizes;
+
+    lightmesh::tune::Wishes wishes;
+    std::size_t points = 4096;
+    std::size_t reference_points = 128;
+    double lamp_angle = 0.3;  ///< radians: see `lightmesh::tune::suggest_radii`
+    int picture_width = 320;  ///< of the report's pictures; 0: none
+    std::string output;       ///< empty: tune-SCENE
+    bool resume = false;
+    RenderOptions render;          ///< the frame; threads are those of the frame and of the reference
+    VisibilityOptions visibility;  ///< what renders shadow maps
+};
+
+/// Adds everything to the program. What does not fit becomes a CLI::ValidationError.
+void add_tune_options(CLI::App& program, TuneOptions& options);
+
+/// "200" and "200ns" limit the nanoseconds per point, "0.5s" and "500ms" the seconds per frame. Throws
+/// std::invalid_argument that shows the text if it is neither.
+void read_budget(const std::string& text, lightmesh::tune::Wishes& wishes);
+
+/// "0.01" or "1%". Throws std::invalid_argument that shows the text if it is no share in [0, 1].
+double read_share(const std::string& text);
+
+/// The candidates to try: what the options ask for, and where they are silent, all that is worth a try.
+/// Shadow maps that nobody asked for are only tried with `middle_radius` and linked short tests.
+std::vector<lightmesh::tune::Candidate>
+choose_candidates(const TuneOptions& options, const std::vector<float>& radii, float middle_radius);
+
+}  // namespace demo

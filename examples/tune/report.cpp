@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include "tune/report.hpp"
+
+#include "tune/machine.hpp"
+
+#include <algorithm>
+
+namespace demo {
+
+namespace tune = lightmesh::tune;
+
+std::vector<std::pair<std::string, std::string>>
+describe_context(const EmbreeScene& scene, const ShadingPoints& samples, const TuneOptions& options) {
+    std::vector<std::pair<std::string, std::string>> context{
+        {"scene", scene.scene().name},
+        {"triangles", std::to_string(scene.scene().triangles.size())},
+        {"lights", std::to_string(scene.scene().lights.size())},
+        {"frame", std::to_string(options.render.width) + " x " + std::to_string(options.render.height)},
+        {"points per frame", std::to_string(samples.points_per_picture)},
+        {"points measured", std::to_string(samples.positions.size())},
+        {"points for the error",
+         std::to_string((std::min)(options.reference_points, samples.positions.size()))},
+        {"shadow maps", options.visibility.depth == DepthSource::vulkan ? "Vulkan" : "Embree"}};
+    for (auto& line : describe_machine())
+        context.push_back(std::move(line));
+    return context;
+}
+
+std::vector<float> radii_of(const Report& report) {
+    std::vector<float> radii;
+    for (const tune::Measurement& m : report.tuning.measurements)
+        if (std::ranges::find(radii, m.candidate.radius) == radii.end())
+            radii.push_back(m.candidate.radius);
+    return radii;
+}
+
+void judge(Report& report) {
+    const auto& measurements = report.tuning.measurements;
+    tune::Wishes wishes = report.wishes;
+    wishes.threads = report.threads;
+    report.frontier = tune::pareto_frontier(measurements, wishes.frame);
+    wishes.radius = report.tuning.middle_radius;
+    report.recommended = tune::recommend(measurements, wishes);
+    report.by_radius.clear();
+    for (const float radius : radii_of(report)) {
+        wishes.radius = radius;
+        report.by_radius.push_back(tune::recommend(measurements, wishes));
+    }
+}
+
+}  // namespace demo

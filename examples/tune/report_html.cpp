@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+#include "tune/report_html.hpp"
+
+#include "render/text_table.hpp"
+#include "tune/html.hpp"
+#include "tune/plot.hpp"
+#include "tune/report_assets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace demo {
+
+namespace tune = lightmesh::tune;
+
+namespace {
+
+using tune::detail::shortest;
+
+bool is_chosen(const Report& report, const tune::Candidate& candidate) {
+    return report.recommended.choice && report.recommended.choice->candidate == candidate;
+}
+
+/// Wall-clock seconds of a frame.
+double frame_seconds(const Report& report, const tune::Measurement& m, tune::Frame frame) {
+    return tune::frame_seconds(m, frame) / report.threads;
+}
+
+std::string wishes_text(const tune::Wishes& wishes) {
+    std::string text;
+    const auto add = [&](bool is_limited, const std::string& wish) {
+        if (is_limited)
+            text += (text.empty() ? "" : ", ") + wish;
+    };
+    add(std::isfinite(wishes.ns_per_point),
+        "at most " + seconds_text(1e-9 * wishes.ns_per_point) + " a point");
+    add(std::isfinite(wishes.seconds_per_frame),
+        "at most " + seconds_text(wishes.seconds_per_frame) + " a frame");
+    add(std::isfinite(wishes.mean_absolute_error),
+        "at most " + percent_text(wishes.mean_absolute_error) + " mean absolute error");
+    add(std::isfinite(wishes.bytes), "at most " + megabytes_text(wishes.bytes));
+    return text.empty() ? "nothing in particular, so the best balance of time and error" : text;
+}
+
+/// Settings with a member to a line.
+std::string in_lines(std::string source) {
+    const auto replace_all = [&](const std::string& from, const std::string& to) {
+        for (std::size_t at = 0; (at = source.find(from, at)) != std::string::npos; at += to.size())
+            source.replace(at, from.size(), to);
+    };
+    replace_all("{.", "{\n    .");
+    replace_all(", .", ",\n    .");
+    replace_all("}", ",\n}");
+    return source;
+}
+
+std::string figures(const Report& report, const tune::Measurement& m) {
+    std::string html;
+    const auto add = [&](const std::string& value, const std::string& what) {
+        html += "<div><dt>" + what + "</dt><dd>" + value + "</dd></div>";
+    };
+    const std::string threads =
+        report.threads == 1 ? "1 thread" : std::to_string(report.threads) + " threads";
+    add(percent_text(m.mean_absolute_error), "mean absolute error");
+    add(seconds_text(frame_seconds(report, m, tune::Frame::first)), "first frame, " + threads);
+    add(seconds_text(frame_seconds(report, m, tune::Frame::later)), "later frames, " + threads);
+    add(seconds_text(1e-9 * m.warm_ns_per_point), "per point and thread, later frames");
+    add(seconds_text(1e-9 * report.tuning.shadow_ray_ns_per_point), "the same by hard shadow rays");
+    add(megabytes_text(m.frame.bytes), "memory for a frame");
+    return "<dl class=\"figures\">" + html + "</dl>";
+}
+
+std::string advice_section(const Report& report) {
+    const tune::Recommendation& recommended = report.recommended;
+    std::string html = "<section class=\"advice\"><h2>Recommended</h2>";
+    if (recommended.choice) {
+        html += "<pre id=\"settings\">" + escaped(in_lines(tune::to_source(recommended.choice->candidate))) +
+                "</pre><button class=\"copy\" type=\"button\" data-source=\"settings\">Copy</button>";
+        if (tune::uses_shadow_maps(recommended.choice->candidate.long_test))
+            html += "<p>With a <code>DepthRenderer</code> as the mesh's second argument.</p>";
+        if (recommended.choice->candidate.long_test == tune::LongTest::shadow_volumes)
+            html += "<p>With <code>Occluders</code> as the mesh's second argument.</p>";
+        html += figures(report, *recommended.choice);
+    }
+    html += "<p>" + escaped(recommended.reason) +
+            "</p><p class=\"soft\">Asked for: " + wishes_text(report.wishes) + "; " +
+            (report.wishes.frame == tune::Frame::first ? "for a first frame, which fills the mesh."
+                                                       : "for later frames, which find the mesh filled.") +
+            " Times are of shadows alone; those of frames are estimated from the samples.</p></section>";
+    return html;
+}
+
+std::string picture_element(const std::string& png, const ReportPictures& pictures, const std::string& text) {
+    return "<img width=\"" + std::to_string(pictures.width) + "\" height=\"" +
+           std::to_string(pictures.height) + "\" alt=\"" + escaped(text) + "\" src=\"" + png_address(png) +
+           "\">";
+}
+
+std::string picture_figure(const Report& report, const ReportPictures& pictures,
+                           const CandidatePicture& shown, bool name_radius) {
+    const tune::Measurement& m = shown.measurement;
+    std::string name = tune::describe(m.candidate);
+    if (!name_radius)
+        name.erase(0, name.find(", ") + 2);
+    const bool chosen = is_chosen(report, m.candidate);
+    std::string html = chosen ? "<figure class=\"chosen\">" : "<figure>";
+    html += picture_element(shown.picture, pictures, "The view with " + name);
+    if (!shown.difference.empty())
+        html += picture_element(shown.difference, pictures,
+                                "Its difference to the reference, amplified and negated");
+    html += "<figcaption><b>" + escaped(name) + (chosen ? " <span class=\"badge\">recommended</span>" : "") +
+            "</b>" + seconds_text(frame_seconds(report, m, report.wishes.frame)) + " a frame, error " +
+            percent_text(m.mean_absolute_error) + ", " + megabytes_text(m.frame.bytes) +
+            "</figcaption></figure>";
+    return html;
+}
+
+std::string radius_section(const Report& report, const ReportPictures& pictures) {
+    if (pictures.radii.empty())
+        return {};
+    std::string html =
+        "<section><h2>The radius is a matter of taste</h2><p>It is the width of the blur: the greater, "
+        "the softer the shadows, and the cheaper the mesh to fill. Each radius with the settings that "
+        "are recommended for it:</p><div class=\"strip\">";
+    for (const CandidatePicture& shown : pictures.radii)
+        html += picture_figure(report, pictures, shown, true);
+    return html + "</div></section>";
+}
+
+std::string frontier_section(const Report& report, const ReportPictures& pictures) {
+    std::ostringstream html;
+    html << "<section><h2>Faster, or more exact</h2><p>The candidates of radius "
+         << shortest(report.tuning.middle_radius) << " that nothing beats in both time and error";
+    if (pictures.frontier.size() < pictures.frontier_size)
+        html << " (" << pictures.frontier.size() << " of " << pictures.frontier_size << ")";
+    html << ", the fastest first; below each picture its difference to the reference, "
+         << pictures.amplification
+         << " times amplified and negated: white where they are equal.</p><div class=\"strip\">";
+    for (const CandidatePicture& shown : pictures.frontier)
+        html << picture_figure(report, pictures, shown, false);
+    const std::string name = tune::describe(pictures.reference.measurement.candidate);
+    html << "<figure>" << picture_element(pictures.reference.picture, pictures, "The reference: " + name)
+         << "<figcaption><b>Reference of the pictures</b>" << escaped(name)
+         << "</figcaption></figure></div></section>";
+    return html.str();
+}
+
+std::string plot_section(const Report& report) {
+    std::string html =
+        "<section><h2>Time and error</h2><p>Every candidate, each held against a converged mesh of its "
+        "own radius. Down is more exact, left is faster; both axes are logarithmic. Numbers are those "
+        "of q along the frontier.</p>" +
+        plot_legend(report) + "<div class=\"plots\">";
+    for (const float radius : radii_of(report))
+        html += "<section><h3>Radius " + shortest(radius) + "</h3>" + time_error_plot(report, radius) +
+                "</section>";
+    return html + "</div></section>";
+}
+
+/// A table cell: what is shown, and what it is sorted by.
+std::string cell(const std::string& text, double value) {
+    std::ostringstream html;
+    html << "<td data-value=\"" << value << "\">" << text << "</td>";
+    return html.str();
+}
+
+std::string text_cell(const std::string& text) {
+    return "<td class=\"text\" data-value=\"" + escaped(text) + "\">" + escaped(text) + "</td>";
+}
+
+std::string header_cell(const std::string& text, const std::string& unit, bool is_number) {
+    return std::string("<th scope=\"col\" data-column=\"") +
+           (is_number ? "number\">" : "text\" class=\"text\">") + "<button type=\"button\">" + text +
+           (unit.empty() ? "" : "<small>" + unit + "</small>") + "</button></th>";
+}
+
+std::string table_head(const Report& report) {
+    const std::string wall =
+        "s, " + std::to_string(report.threads) + (report.threads == 1 ? " thread" : " threads");
+    return "<thead><tr>" + header_cell("Verdict", "", false) + header_cell("r", "", true) +
+           header_cell("q", "", true) + header_cell("Short test", "", false) +
+           header_cell("Long test", "", false) + header_cell("Error", "mean abs., %", true) +
+           header_cell("Error", "RMS, %", true) + header_cell("First frame", wall, true) +
+           header_cell("Later frame", wall, true) + header_cell("First", "ns a point", true) +
+           header_cell("Later", "ns a point", true) + header_cell("Rays", "a point", true) +
+           header_cell("Light points", "thousands", true) + header_cell("Memory", "MB", true) +
+           "</tr></thead>";
+}
+
+std::string digits(double value) {
+    std::ostringstream text;
+    text.precision(3);
+    if (value >= 1000.0)
+        return grouped(static_cast<unsigned long long>(std::llround(value)));
+    text << value;
+    return text.str();
+}
+
+std::string table_row(const Report& report, std::size_t i) {
+    const tune::Measurement& m = report.tuning.measurements[i];
+    const bool chosen = is_chosen(report, m.candidate);
+    const bool on_frontier = std::ranges::find(report.frontier, i) != report.frontier.end();
+    const auto number = [](double value) {
+        return cell(digits(value), value);
+    };
+    std::string long_test = tune::name_of(m.candidate.long_test);
+    if (tune::uses_shadow_maps(m.candidate.long_test))
+        long_test += " " + std::to_string(m.candidate.shadow_map_size);
+    return std::string(chosen        ? "<tr class=\"chosen\">"
+                       : on_frontier ? "<tr class=\"on-frontier\">"
+                                     : "<tr>") +
+           text_cell(chosen        ? "recommended"
+                     : on_frontier ? "frontier"
+                                   : "") +
+           number(static_cast<double>(m.candidate.radius)) +
+           number(static_cast<double>(m.candidate.quality)) +
+           text_cell(tune::name_of(m.candidate.short_test)) + text_cell(long_test) +
+           number(100.0 * m.mean_absolute_error) + number(100.0 * m.rms_error) +
+           number(frame_seconds(report, m, tune::Frame::first)) +
+           number(frame_seconds(report, m, tune::Frame::later)) +
+           number(tune::ns_per_point(m, tune::Frame::first)) +
+           number(tune::ns_per_point(m, tune::Frame::later)) + number(m.short_rays_per_point) +
+           number(1e-3 * m.frame.light_points) + number(1e-6 * m.frame.bytes) + "</tr>\n";
+}
+
+std::string table_section(const Report& report) {
+    std::string html =
+        "<section><h2>All candidates</h2><p>Press a heading to sort by it. Blue rows are the frontier of "
+        "their radius; light points and memory are those of a frame.</p><div class=\"scroll\" tabindex=\"0\" "
+        "role=\"region\" "
+        "aria-label=\"All candidates\"><table>" +
+        table_head(report) + "<tbody>\n";
+    for (std::size_t i = 0; i < report.tuning.measurements.size(); ++i)
+        html += table_row(report, i);
+    return html + "</tbody></table></div></section>";
+}
+
+std::string reference_text(const Report& report) {
+    std::string text;
+    for (const float radius : radii_of(report)) {
+        const auto m = std::ranges::find_if(report.tuning.measurements, [&](const tune::Measurement& one) {
+            return one.candidate.radius == radius;
+        });
+        const tune::Convergence& reference = m->reference;
+        text += "<li>Radius " + shortest(radius) + ": q " + shortest(reference.quality) + ", " +
+                (reference.converged ? "converged: " : "not converged before the limit of q: ") +
+                "half of it differs by " + percent_text(reference.change) + ".</li>";
+    }
+    return "<ul>" + text + "</ul>";
+}
+
+std::string facts_section(const Report& report) {
+    std::string html =
+        "<section><h2>How this was measured</h2><p>With runs of neighbouring shading points of the "
+        "view, each candidate in a mesh of its own on one thread: once empty, then filled until the "
+        "time is steady. Errors are those of S, from 0 to 1, to an exact mesh of the same radius with "
+        "so high a q that half of it differs by less than 0.1 %:</p>" +
+        reference_text(report);
+    if (const auto& advice = report.tuning.advice)
+        html +=
+            "<p>The radius comes from the scene: " + std::to_string(advice->shadowed) + " of " +
+            std::to_string(advice->pairs) +
+            " pairs of a point and a light are in shadow, and lamps of middling size would throw penumbrae " +
+            escaped(fixed(advice->penumbra_width, 2)) + " wide (median).</p>";
+    html += "<dl class=\"facts\">";
+    for (const auto& [name, value] : report.context)
+        html += "<dt>" + escaped(name) + "</dt><dd>" + escaped(value) + "</dd>";
+    return html + "</dl></section>";
+}
+
+}  // namespace
+
+std::string to_html(const Report& report, const std::optional<ReportPictures>& pictures) {
+    const std::string title = "Light mesh settings for " + report.scene;
+    std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+                       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
+                       // Keeps browsers from asking for a file that is not there.
+                       "<link rel=\"icon\" href=\"data:,\"><title>" +
+                       escaped(title) + "</title><style>" + report_css + "</style></head>\n<body><main><h1>" +
+                       escaped(title) + "</h1>\n";
+    html += "<p class=\"soft\">" + grouped(report.tuning.measurements.size()) +
+            " candidates, measured on this machine with " + grouped(report.light_count) +
+            (report.light_count == 1 ? " light" : " lights") + " and " + grouped(report.triangle_count) +
+            " triangles.</p>\n";
+    if (!report.tuning.finished)
+        html += "<p><b>The run was interrupted: some candidates are missing.</b></p>";
+    html += advice_section(report) + "\n";
+    if (pictures)
+        html += radius_section(report, *pictures) + "\n" + frontier_section(report, *pictures) + "\n";
+    html += plot_section(report) + "\n" + table_section(report) + "\n" + facts_section(report) +
+            "</main>\n<script>" + report_js + "</script></body></html>\n";
+    return html;
+}
+
+}  // namespace demo

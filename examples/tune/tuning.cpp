@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "tune/tuning.hpp"
+
+#include "render/depth_renderers.hpp"
+#include "render/scene_occluders.hpp"
+#include "render/terminal.hpp"
+#include "render/text_table.hpp"
+#include "tune/machine.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+namespace demo {
+
+namespace tune = lightmesh::tune;
+
+namespace {
+
+tune::Options tuner_options(const TuneOptions& options) {
+    tune::Options result;
+    result.reference_points = options.reference_points;
+    const int threads = options.render.threads;
+    result.executor.threads =
+        static_cast<std::size_t>(threads > 0 ? threads : tbb::this_task_arena::max_concurrency());
+    result.executor.for_each = [threads](std::size_t count, const std::function<void(std::size_t)>& work) {
+        tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+        arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, work); });
+    };
+    return result;
+}
+
+/// The least and the greatest of what candidates are predicted to take.
+std::string range_text(const std::vector<tune::Prediction>& predictions,
+                       const std::function<std::string(const tune::Prediction&)>& text,
+                       double tune::Prediction::*member) {
+    const auto [low, high] = std::ranges::minmax_element(predictions, {}, member);
+    return text(*low) + " to " + text(*high);
+}
+
+std::string light_points_text(const tune::Prediction& p) {
+    return grouped(static_cast<unsigned long long>(p.light_points));
+}
+
+std::string prediction_bytes_text(const tune::Prediction& p) {
+    return bytes_text(static_cast<std::size_t>(p.bytes));
+}
+
+void print_forecast(const tune::Forecast& forecast, std::size_t measured) {
+    const std::vector<tune::Prediction>& all = forecast.candidates;
+    std::cout << all.size() << " candidates";
+    if (measured > 0)
+        std::cout << " (" << measured << " measured before)";
+    std::cout << "; each is predicted to hold "
+              << range_text(all, light_points_text, &tune::Prediction::light_points) << " light points in "
+              << range_text(all, prediction_bytes_text, &tune::Prediction::bytes) << "\n"
+              << "predicted time: about " << fixed(forecast.seconds, 0)
+              << " s, references included; Ctrl-C keeps what is done\n"
+              << std::flush;
+}
+
+/// Leaves out what would not fit this machine, and says so.
+std::vector<tune::Candidate> affordable(const tune::Forecast& forecast) {
+    const double limit = 0.5 * physical_memory();
+    std::vector<tune::Candidate> kept;
+    for (const tune::Prediction& p : forecast.candidates) {
+        if (p.bytes <= limit)
+            kept.push_back(p.candidate);
+        else
+            std::cout << "left out: " << tune::describe(p.candidate) << " would take "
+                      << prediction_bytes_text(p) << ", more than half of this machine's memory\n";
+    }
+    return kept;
+}
+
+/// The share of a run that is done, by predicted seconds.
+class Clock {
+public:
+    Clock(const tune::Forecast& forecast, std::span<const tune::Measurement> done) : forecast_(forecast) {
+        for (const tune::Measurement& m : done)
+            add(m.candidate);
+    }
+
+    void add(const tune::Candidate& candidate) {
+        const auto found = std::ranges::find(forecast_.candidates, candidate, &tune::Prediction::candidate);
+        if (found != forecast_.candidates.end())
+            seconds_ += found->seconds;
+    }
+
+    double share() const {
+        const double all = forecast_.seconds - forecast_.reference_seconds;
+        return all > 0.0 ? (std::min)(seconds_ / all, 1.0) : 1.0;
+    }
+
+private:
+    const tune::Forecast& forecast_;
+    double seconds_ = 0.0;
+};
+
+template <class Subject>
+void choose_radii(const Subject& subject, const TuneOptions& options, Tuning& tuning,
+                  std::vector<float>& radii) {
+    radii = options.radii;
+    if (!radii.empty()) {
+        tuning.middle_radius = radii[radii.size() / 2];
+        return;
+    }
+    tuning.advice = tune::suggest_radii(subject, options.lamp_angle);
+    radii = tuning.advice->radii;
+    tuning.middle_radius = tuning.advice->radius;
+    std::cout << "radius: " << tuning.advice->shadowed << " of " << tuning.advice->pairs
+              << " points and lights are in shadow; lamps of " << options.lamp_angle
+              << " rad would throw penumbrae " << fixed(tuning.advice->penumbra_width, 2)
+              << " wide: r = " << tune::detail::shortest(tuning.middle_radius) << "\n";
+}
+
+template <class Subject>
+Tuning tune_subject(const Subject& subject, const TuneOptions& options,
+                    std::span<const tune::Measurement> done, const std::function<void(const Tuning&)>& save) {
+    Tuning tuning;
+    const tune::Options settings = tuner_options(options);
+    std::vector<float> radii;
+    choose_radii(subject, options, tuning, radii);
+    tuning.shadow_ray_ns_per_point = tune::time_shadow_rays(subject);
+
+    const auto go_on = [](const tune::Progress&) {
+        return !interrupted();
+    };
+    const auto wanted = choose_candidates(options, radii, tuning.middle_radius);
+    const tune::Forecast forecast = tune::predict(subject, wanted, settings, go_on);
+    tuning.forecast_seconds = forecast.seconds;
+    const std::vector<tune::Candidate> candidates = affordable(forecast);
+    std::ranges::copy_if(done, std::back_inserter(tuning.measurements), [&](const tune::Measurement& m) {
+        return std::ranges::find(candidates, m.candidate) != candidates.end();
+    });
+    print_forecast(forecast, tuning.measurements.size());
+
+    Clock clock(forecast, tuning.measurements);
+    ProgressBar bar("measuring");
+    const auto show = [&](const tune::Progress& progress) {
+        if (progress.latest != nullptr) {
+            clock.add(progress.latest->candidate);
+            tuning.measurements.push_back(*progress.latest);
+            save(tuning);
+        }
+        bar.show(clock.share());
+        return !interrupted();
+    };
+    const std::vector<tune::Measurement> before = tuning.measurements;
+    tune::Outcome outcome = tune::run(subject, candidates, settings, before, show);
+    tuning.measurements = std::move(outcome.measurements);
+    tuning.finished = outcome.finished;
+    return tuning;
+}
+
+bool wants_maps(const TuneOptions& options) {
+    return options.long_tests.empty() || std::ranges::any_of(options.long_tests, [](const std::string& name) {
+               return name == "maps" || name == "refined-maps";
+           });
+}
+
+}  // namespace
+
+Tuning tune_scene(const EmbreeScene& scene, const ShadingPoints& samples, const TuneOptions& options,
+                  std::span<const tune::Measurement> done, const std::function<void(const Tuning&)>& save) {
+    const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
+    const tune::Samples points{samples.positions, samples.normals, samples.points_per_picture};
+    const SceneOccluders triangles(scene.scene());
+    if (!wants_maps(options))
+        return tune_subject(tune::Subject{scene.intersector(), lights, points, triangles}, options, done,
+                            save);
+    return with_depth_renderer(scene, options.visibility, [&](auto renderer) {
+        return tune_subject(
+            tune::Subject{scene.intersector(), lights, points, std::move(renderer), triangles}, options, done,
+            save);
+    });
+}
+
+}  // namespace demo
