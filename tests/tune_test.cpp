@@ -201,6 +201,31 @@ TEST_CASE("tune: what is measured fits together") {
     CHECK(rays(ShortTest::linked) < rays(ShortTest::exact));
 }
 
+TEST_CASE("tune: with all points of a frame its light points are counted") {
+    const World world;
+    const std::size_t few = world.points.size() / 8 / 64 * 64 + 64;
+    tune::Samples samples{std::span(world.points).first(few), std::span(world.normals).first(few)};
+    samples.frame_points = world.points;
+    samples.frame_normals = world.normals;
+    const tune::Subject of_frame{world.tracer(), world.lights, samples};
+    const tune::Subject of_all{world.tracer(), world.lights, tune::Samples{world.points, world.normals}};
+    CHECK(of_frame.samples().points_per_frame == world.points.size());
+    const std::array candidates{tune::Candidate{1.0f, 2.0f, ShortTest::none, tune::LongTest::rays, 0}};
+    const auto estimated = tune::run(of_frame, candidates, quick_options()).measurements.front();
+    const auto counted = tune::run(of_all, candidates, quick_options()).measurements.front();
+    CHECK(estimated.light_points < counted.light_points);
+    CHECK(estimated.frame.light_points ==
+          doctest::Approx(static_cast<double>(counted.light_points)).epsilon(1e-6));
+
+    samples.points_per_frame = 7;
+    CHECK_THROWS_WITH_AS((tune::Subject{world.tracer(), world.lights, samples}),
+                         doctest::Contains("points_per_frame is 7"), std::invalid_argument);
+    samples.points_per_frame = 0;
+    samples.frame_normals = {};
+    CHECK_THROWS_WITH_AS((tune::Subject{world.tracer(), world.lights, samples}),
+                         doctest::Contains("the span of frame normals has 0 places"), std::invalid_argument);
+}
+
 TEST_CASE("tune: the reference has no error to itself, and errors shrink with q") {
     const World world;
     const auto subject = world.subject();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tune/report.hpp"
 
+#include "render/text_table.hpp"
 #include "tune/machine.hpp"
 
 #include <algorithm>
@@ -13,13 +14,12 @@ std::vector<std::pair<std::string, std::string>>
 describe_context(const EmbreeScene& scene, const ShadingPoints& samples, const TuneOptions& options) {
     std::vector<std::pair<std::string, std::string>> context{
         {"scene", scene.scene().name},
-        {"triangles", std::to_string(scene.scene().triangles.size())},
-        {"lights", std::to_string(scene.scene().lights.size())},
+        {"triangles", grouped(scene.scene().triangles.size())},
+        {"lights", grouped(scene.scene().lights.size())},
         {"frame", std::to_string(options.render.width) + " x " + std::to_string(options.render.height)},
-        {"points per frame", std::to_string(samples.points_per_picture)},
-        {"points measured", std::to_string(samples.positions.size())},
-        {"points for the error",
-         std::to_string((std::min)(options.reference_points, samples.positions.size()))},
+        {"points per frame", grouped(samples.all_positions.size())},
+        {"points measured", grouped(samples.positions.size())},
+        {"points for the error", grouped((std::min)(options.reference_points, samples.positions.size()))},
         {"shadow maps", options.visibility.depth == DepthSource::vulkan ? "Vulkan" : "Embree"}};
     for (auto& line : describe_machine())
         context.push_back(std::move(line));

@@ -23,7 +23,7 @@ struct PointRun {
     std::vector<glm::vec3> normals;
 };
 
-/// Lets everything be lit, and keeps a run of each tile's points.
+/// Lets everything be lit, and keeps all points, and a run of each tile's.
 class Recorder final : public Visibility {
 public:
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost&) const override {
@@ -40,11 +40,13 @@ public:
         };
         PointRun run{seed, copy(points.positions), copy(points.normals)};
         const std::lock_guard lock(mutex_);
-        total_ += count;
+        positions_.insert(positions_.end(), points.positions.begin(), points.positions.end());
+        normals_.insert(normals_.end(), points.normals.begin(), points.normals.end());
         runs_.push_back(std::move(run));
     }
 
-    std::size_t total() const { return total_; }
+    std::vector<glm::vec3> take_positions() { return std::move(positions_); }
+    std::vector<glm::vec3> take_normals() { return std::move(normals_); }
 
     /// Full runs before shorter ones, and random ones before others: in an order that no thread had a say in.
     std::vector<PointRun> take_sorted() {
@@ -57,7 +59,8 @@ public:
 
 private:
     mutable std::mutex mutex_;
-    mutable std::size_t total_ = 0;
+    mutable std::vector<glm::vec3> positions_;
+    mutable std::vector<glm::vec3> normals_;
     mutable std::vector<PointRun> runs_;
 };
 
@@ -71,7 +74,8 @@ ShadingPoints sample_shading_points(const EmbreeScene& scene, const RenderOption
     if (!statistics.finished)
         throw std::runtime_error("interrupted");
     ShadingPoints samples;
-    samples.points_per_picture = recorder.total();
+    samples.all_positions = recorder.take_positions();
+    samples.all_normals = recorder.take_normals();
     for (const PointRun& run : recorder.take_sorted()) {
         if (samples.positions.size() >= count)
             break;

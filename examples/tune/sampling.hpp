@@ -14,8 +14,10 @@ namespace demo {
 /// Shading points of a picture.
 struct ShadingPoints {
     std::vector<glm::vec3> positions;
-    std::vector<glm::vec3> normals;      ///< geometric
-    std::size_t points_per_picture = 0;  ///< all that the renderer asks for, mirrored ones included
+    std::vector<glm::vec3> normals;  ///< geometric
+    // All that the renderer asks for, mirrored ones included; in an order that threads have a say in.
+    std::vector<glm::vec3> all_positions;
+    std::vector<glm::vec3> all_normals;
 };
 
 /// Some of the points where `render` asks for visibility: about `count`, in runs of 64 that follow each other

@@ -168,7 +168,10 @@ bool wants_maps(const TuneOptions& options) {
 Tuning tune_scene(const EmbreeScene& scene, const ShadingPoints& samples, const TuneOptions& options,
                   std::span<const tune::Measurement> done, const std::function<void(const Tuning&)>& save) {
     const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
-    const tune::Samples points{samples.positions, samples.normals, samples.points_per_picture};
+    const tune::Samples points{.points = samples.positions,
+                               .normals = samples.normals,
+                               .frame_points = samples.all_positions,
+                               .frame_normals = samples.all_normals};
     const SceneOccluders triangles(scene.scene());
     if (!wants_maps(options))
         return tune_subject(tune::Subject{scene.intersector(), lights, points, triangles}, options, done,

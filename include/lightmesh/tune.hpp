@@ -90,8 +90,8 @@ void run_radius(const Subject<Adapters...>& subject, std::span<const Candidate> 
     const Reference reference(subject, radius, largest_quality(candidates, radius), options, reporter);
     Candidate sparse = missing.front();
     sparse.quality = (std::min)(sparse.quality, 2.0f);
-    const Growth growth =
-        dry_run(subject.lights(), subject.samples(), settings_of(sparse, options.base)).growth;
+    const double growth =
+        frame_growth(subject.lights(), subject.samples(), settings_of(sparse, options.base));
     for (const Candidate& candidate : missing) {
         reporter.progress.task = describe(candidate);
         reporter.report();

@@ -57,20 +57,21 @@ private:
 struct DryRun {
     std::size_t light_points = 0;
     std::size_t bytes = 0;
-    Growth growth;
+    std::size_t light_points_of_half = 0;  ///< of every second block
 };
 
-/// Queries all samples, every second block of them first.
-inline DryRun dry_run(std::span<const Light> lights, const Samples& samples, const Settings& settings) {
+/// Queries all points, every second block of them first.
+inline DryRun dry_run(std::span<const Light> lights, std::span<const glm::vec3> points,
+                      std::span<const glm::vec3> normals, const Settings& settings) {
     Settings open = settings;
     open.short_test = ShortTest::none;
     const LightMesh mesh{OpenSpace{}, lights, open};
     std::vector<float> values(block_size * lights.size());
-    const std::size_t count = samples.points.size();
+    const std::size_t count = points.size();
     const auto query_from = [&](std::size_t first_block) {
         for (std::size_t i = first_block * block_size; i < count; i += 2 * block_size) {
             const std::size_t size = (std::min)(block_size, count - i);
-            mesh.visibility(samples.points.subspan(i, size), samples.normals.subspan(i, size),
+            mesh.visibility(points.subspan(i, size), normals.subspan(i, size),
                             std::span(values).first(size * lights.size()));
         }
     };
@@ -78,7 +79,20 @@ inline DryRun dry_run(std::span<const Light> lights, const Samples& samples, con
     const std::size_t half = mesh.statistics().light_points;
     query_from(1);
     const MeshStatistics all = mesh.statistics();
-    return {all.light_points, all.bytes, Growth(count, half, all.light_points)};
+    return {all.light_points, all.bytes, half};
+}
+
+/// By which factor light points grow from the samples to a frame: counted where the samples have all points
+/// of one, else as max * n / (n + half).
+inline double frame_growth(std::span<const Light> lights, const Samples& samples, const Settings& settings) {
+    const DryRun few = dry_run(lights, samples.points, samples.normals, settings);
+    if (samples.frame_points.empty())
+        return Growth(samples.points.size(), few.light_points_of_half, few.light_points)
+            .factor(samples.points.size(), samples.points_per_frame);
+    const DryRun all = dry_run(lights, samples.frame_points, samples.frame_normals, settings);
+    return few.light_points == 0
+               ? 1.0
+               : static_cast<double>(all.light_points) / static_cast<double>(few.light_points);
 }
 
 }  // namespace lightmesh::tune::detail

@@ -25,7 +25,8 @@ namespace lightmesh::tune {
 ///
 /// What is paid per surface point grows with their number, what is paid per light point with the number of
 /// light points, and shadow maps are rendered once. Light points grow slower than surface points, since
-/// neighbours share them: as max * n / (n + half), which is fitted to a half and all of the samples.
+/// neighbours share them: by as much as is counted in empty space with `Samples::frame_points`, at a q of 2
+/// at most; without these as max * n / (n + half), which is fitted to a half and all of the samples.
 struct FrameEstimate {
     double light_points = 0.0;
     double bytes = 0.0;
@@ -115,9 +116,8 @@ Timing time_mesh(const Mesh& mesh, const Samples& samples, const RendererCost& r
     return timing;
 }
 
-inline FrameEstimate estimate_frame(const Measurement& m, const Timing& timing, const Growth& growth,
+inline FrameEstimate estimate_frame(const Measurement& m, const Timing& timing, double grown,
                                     double fixed_bytes) {
-    const double grown = growth.factor(m.points, m.points_per_frame);
     FrameEstimate frame;
     frame.light_points = static_cast<double>(m.light_points) * grown;
     frame.bytes = fixed_bytes + (static_cast<double>(m.bytes) - fixed_bytes) * grown;
@@ -130,7 +130,7 @@ inline FrameEstimate estimate_frame(const Measurement& m, const Timing& timing, 
 /// Measures one candidate that has passed `Subject::check`. Throws `Cancelled`.
 template <class... Adapters>
 Measurement measure(const Subject<Adapters...>& subject, const Candidate& candidate,
-                    const Reference& reference, const Growth& growth, const Options& options,
+                    const Reference& reference, double frame_growth, const Options& options,
                     Reporter& reporter) {
     const Samples& samples = subject.samples();
     Measurement m;
@@ -154,7 +154,7 @@ Measurement measure(const Subject<Adapters...>& subject, const Candidate& candid
         m.link_rays = timing.held.link_rays;
         m.light_points = timing.held.light_points;
         m.bytes = timing.held.bytes;
-        m.frame = estimate_frame(m, timing, growth,
+        m.frame = estimate_frame(m, timing, frame_growth,
                                  static_cast<double>(empty_bytes + rendering.texels * sizeof(float)));
         std::vector<float> values(reference.points().size() * mesh.light_count());
         mesh.visibility(reference.points(), reference.normals(), values);

@@ -171,10 +171,11 @@ private:
         if (found == open_space_.end()) {
             reporter_.report();
             const Candidate candidate{radius, static_cast<float>(q), ShortTest::none, LongTest::rays, 0};
-            found = open_space_
-                        .emplace(key, dry_run(subject_.lights(), subject_.samples(),
-                                              settings_of(candidate, options_.base)))
-                        .first;
+            found =
+                open_space_
+                    .emplace(key, dry_run(subject_.lights(), subject_.samples().points,
+                                          subject_.samples().normals, settings_of(candidate, options_.base)))
+                    .first;
         }
         return found->second;
     }

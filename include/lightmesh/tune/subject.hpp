@@ -35,6 +35,11 @@ struct Samples {
     std::span<const glm::vec3> normals;  ///< geometric, on the shaded side
     /// How many points a whole frame asks for; 0: as many as there are samples.
     std::size_t points_per_frame = 0;
+    /// All points of a frame, in any order, or none. With them the light points of a frame are counted, in
+    /// empty space; without, they are estimated from how the samples share light points, which can be wrong
+    /// by several times where the radius is small.
+    std::span<const glm::vec3> frame_points{};
+    std::span<const glm::vec3> frame_normals{};  ///< as many
 };
 
 namespace detail {
@@ -94,13 +99,16 @@ class Subject {
 
 public:
     /// Throws std::invalid_argument that names the value for no points, as many normals as there are not
-    /// points, points or normals that are not finite, no lights, and lights that `LightMesh` would refuse.
+    /// points, points or normals that are not finite, points of a frame that are not as many as a frame has,
+    /// no lights, and lights that `LightMesh` would refuse.
     Subject(Tracer tracer, std::span<const Light> lights, Samples samples, Sources... sources)
         : tracer_(std::move(tracer)), lights_(lights.begin(), lights.end()), samples_(samples),
           sources_(std::move(sources)...) {
         check_samples();
         if (samples_.points_per_frame == 0)
-            samples_.points_per_frame = samples_.points.size();
+            samples_.points_per_frame =
+                samples_.frame_points.empty() ? samples_.points.size() : samples_.frame_points.size();
+        check_frame();
         if (lights_.empty())
             throw std::invalid_argument("lightmesh: there are no lights; tuning needs at least one");
         for (std::size_t i = 0; i < lights_.size(); ++i)
@@ -116,8 +124,9 @@ public:
     void check(const Candidate& candidate, const Settings& base) const {
         const std::string name = "candidate (" + describe(candidate) + "): ";
         const Grid grid(settings_of(candidate, base));
-        for (const glm::vec3& point : samples_.points)
-            static_cast<void>(grid.locate(point));
+        for (const std::span<const glm::vec3> points : {samples_.points, samples_.frame_points})
+            for (const glm::vec3& point : points)
+                static_cast<void>(grid.locate(point));
         if (uses_shadow_maps(candidate.long_test)) {
             if constexpr (!has_renderer)
                 throw std::invalid_argument("lightmesh: " + name + "it needs a DepthRenderer");
@@ -172,18 +181,30 @@ private:
     static constexpr std::size_t find_occluders() { return first_of({Occluders<Sources>...}); }
 
     void check_samples() const {
-        const auto& [points, normals, per_frame] = samples_;
-        if (points.empty())
+        if (samples_.points.empty())
             throw std::invalid_argument("lightmesh: there are no sample points; tuning needs at least one");
+        check_points(samples_.points, samples_.normals, "sample");
+    }
+
+    void check_frame() const {
+        check_points(samples_.frame_points, samples_.frame_normals, "frame");
+        if (!samples_.frame_points.empty())
+            lightmesh::detail::require(samples_.points_per_frame == samples_.frame_points.size(),
+                                       "Samples::points_per_frame", samples_.points_per_frame,
+                                       "as many as there are frame_points, or 0");
+    }
+
+    static void check_points(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
+                             const std::string& whose) {
         if (normals.size() != points.size())
-            throw std::invalid_argument("lightmesh: the span of sample normals has " +
+            throw std::invalid_argument("lightmesh: the span of " + whose + " normals has " +
                                         std::to_string(normals.size()) + " places; it must have " +
                                         std::to_string(points.size()));
         for (std::size_t i = 0; i < points.size(); ++i) {
             using lightmesh::detail::is_finite;
-            lightmesh::detail::require(is_finite(points[i]), "sample point " + std::to_string(i), points[i],
+            lightmesh::detail::require(is_finite(points[i]), whose + " point " + std::to_string(i), points[i],
                                        "finite");
-            lightmesh::detail::require(is_finite(normals[i]), "sample normal " + std::to_string(i),
+            lightmesh::detail::require(is_finite(normals[i]), whose + " normal " + std::to_string(i),
                                        normals[i], "finite");
         }
     }
