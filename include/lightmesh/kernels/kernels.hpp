@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/kernels/avx2.hpp>
 #include <lightmesh/kernels/avx512.hpp>
 #include <lightmesh/kernels/portable.hpp>
 
@@ -9,6 +10,8 @@ namespace lightmesh::detail {
 /// The fastest kernel that the compiler's own target flags allow.
 #if defined(LIGHTMESH_HAS_AVX512_KERNEL)
 using FastestKernel = Avx512Kernel;
+#elif defined(LIGHTMESH_HAS_AVX2_KERNEL)
+using FastestKernel = Avx2Kernel;
 #else
 using FastestKernel = PortableKernel;
 #endif

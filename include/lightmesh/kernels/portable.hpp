@@ -27,9 +27,19 @@ struct PortableKernel {
     /// entries for x are those of the whole row, those for y and z those of its bricks.
     static void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
                           std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
+        // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
+        CellEntries square_left[4];
+        CellEntries height_left[4];
+        for (int yz = 0; yz < 4; ++yz) {
+            for (int point = 0; point < 8; ++point) {
+                const int y = 2 * (yz % 2) + point / 2 % 2;
+                const int z = 2 * (yz / 2) + point / 4;
+                square_left[yz][point] = radius_squared - square[1][y] - square[2][z];
+                height_left[yz][point] = lowest_height - height[1][y] - height[2][z];
+            }
+        }
         for (int b = 0; b < bricks; ++b)
-            masks[b] = brick_mask({square[0] + 4 * b, square[1], square[2]},
-                                  {height[0] + 4 * b, height[1], height[2]}, radius_squared, lowest_height);
+            masks[b] = brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left);
     }
 
     /// Adds to counts[l] the number of lit light points of light l, over all rows, for the lights of the
@@ -44,25 +54,33 @@ struct PortableKernel {
     }
 
 private:
-    static std::uint64_t brick_mask(const AxisEntries& square, const AxisEntries& height,
-                                    std::int32_t radius_squared, std::int32_t lowest_height) {
-        std::uint64_t mask = 0;
-        for (int cell = 0; cell < 8; ++cell) {
-            const int x0 = 2 * (cell & 1);
-            const int y0 = cell & 2;
-            const int z0 = (cell & 4) / 2;
-            std::uint8_t inside[8];
+    /// One entry for each light point of a cell. All loops over them have this fixed length, for the sake of
+    /// vector instructions.
+    using CellEntries = std::int32_t[8];
+
+    static std::uint64_t brick_mask(const std::int32_t* square, const std::int32_t* height,
+                                    const CellEntries (&square_left)[4],
+                                    const CellEntries (&height_left)[4]) {
+        CellEntries cells = {};  // cells[p]: bit c is point p of cell c
+        for (int x = 0; x < 2; ++x) {
+            CellEntries square_x;
+            CellEntries height_x;
             for (int point = 0; point < 8; ++point) {
-                const int x = x0 + (point & 1);
-                const int y = y0 + ((point >> 1) & 1);
-                const int z = z0 + (point >> 2);
-                const bool in_ball = square[0][x] + square[1][y] + square[2][z] < radius_squared;
-                const bool above = height[0][x] + height[1][y] + height[2][z] > lowest_height;
-                inside[point] = static_cast<std::uint8_t>(in_ball & above);
+                square_x[point] = square[2 * x + point % 2];
+                height_x[point] = height[2 * x + point % 2];
             }
-            mask |= gather_bits(inside) << (8 * cell);
+            for (int yz = 0; yz < 4; ++yz) {
+                for (int point = 0; point < 8; ++point) {
+                    const bool in_ball = square_x[point] < square_left[yz][point];
+                    const bool above = height_x[point] > height_left[yz][point];
+                    cells[point] |= (in_ball & above) ? 1 << (2 * yz + x) : 0;
+                }
+            }
         }
-        return mask;
+        std::uint8_t bytes[8];
+        for (int point = 0; point < 8; ++point)
+            bytes[point] = static_cast<std::uint8_t>(cells[point]);
+        return transposed(bytes);
     }
 
     template <std::size_t Groups>
@@ -75,22 +93,30 @@ private:
             std::uint64_t sums[Groups] = {};
             for (int r = first; r < last; ++r) {
                 const std::uint64_t points = rows[r].points * 0x0101010101010101u;
-                std::uint64_t lit[Groups];
-                std::memcpy(lit, rows[r].lit + 8 * group, sizeof lit);
-                for (std::size_t g = 0; g < Groups; ++g)
-                    sums[g] += popcount_bytes(lit[g] & points);
+                for (std::size_t g = 0; g < Groups; ++g) {
+                    std::uint64_t lit;
+                    std::memcpy(&lit, rows[r].lit + 8 * (group + g), sizeof lit);
+                    sums[g] += popcount_bytes(lit & points);
+                }
             }
             for (std::size_t i = 0; i < 8 * Groups; ++i)
                 counts[i] = static_cast<std::uint16_t>(counts[i] + ((sums[i / 8] >> (8 * (i % 8))) & 0xff));
         }
     }
 
-    /// Eight bytes, each 0 or 1, to eight bits; byte 0 becomes bit 0.
-    static std::uint64_t gather_bits(const std::uint8_t (&bytes)[8]) {
-        std::uint64_t word = 0;
-        for (int i = 0; i < 8; ++i)
-            word |= static_cast<std::uint64_t>(bytes[i]) << i;
-        return word;
+    /// The 8x8 bits transposed: bit 8 i + j of the result is bit i of byte j. See Warren, "Hacker's Delight",
+    /// section 7-3.
+    static std::uint64_t transposed(const std::uint8_t (&bytes)[8]) {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, bytes, sizeof bits);
+        const auto swap = [&bits](int distance, std::uint64_t upper) {
+            const std::uint64_t differing = (bits ^ (bits >> distance)) & upper;
+            bits ^= differing ^ (differing << distance);
+        };
+        swap(7, 0x00aa00aa00aa00aau);
+        swap(14, 0x0000cccc0000ccccu);
+        swap(28, 0x00000000f0f0f0f0u);
+        return bits;
     }
 
     /// The number of bits set in each byte.
