@@ -5,18 +5,19 @@
 #
 #   benchmarks/run.sh                        all rows; writes benchmarks/results/
 #   benchmarks/run.sh --benchmark_filter=... options for Google Benchmark; writes nothing there
+#
+# LIGHTMESH_BUILD_DIR: where to build, instead of build/ beside this folder.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(dirname "$here")
-build=${LIGHTMESH_BUILD_DIR:-$root/build/benchmarks}
+build=${LIGHTMESH_BUILD_DIR:-$root/build}/benchmarks
 results=$here/results
 
-[ ! -x "$root/cmake/setup-debian.sh" ] || "$root/cmake/setup-debian.sh"
-
+"$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
-cmake --build "$build" --target lightmesh-benchmarks --parallel
-program=$(find "$build" -name lightmesh-benchmarks -type f -perm -u+x)
+cmake --build "$build" --target lightmesh-benchmarks --parallel "$(nproc)"
+program=$build/benchmarks/lightmesh-benchmarks
 
 echo
 echo "Debian builds its Google Benchmark without optimisation, and says so below: it does no harm, since each"
