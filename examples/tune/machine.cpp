@@ -34,8 +34,13 @@ std::string compiler() {
 }
 
 std::string kernel() {
-    using namespace lightmesh::detail;
-    return std::is_same_v<FastestKernel, PortableKernel> ? "portable" : "AVX-512";
+    if (std::is_same_v<lightmesh::detail::FastestKernel, lightmesh::detail::PortableKernel>)
+        return "portable";
+#if defined(LIGHTMESH_HAS_AVX512_KERNEL)
+    return "AVX-512";
+#else
+    return "AVX2";
+#endif
 }
 
 }  // namespace

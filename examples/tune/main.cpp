@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 namespace {
@@ -42,8 +43,10 @@ void print_recommendation(const Report& report) {
 int tune_and_report(const TuneOptions& options) {
     const Scene scene = prepared_scene(options);
     const std::filesystem::path folder = options.output.empty() ? "tune-" + scene.name : options.output;
-    prepare_folder(folder);
     const std::filesystem::path json_file = folder / "report.json";
+    if (options.resume && !std::filesystem::exists(json_file))
+        throw std::runtime_error("there is nothing to resume: no file " + json_file.string());
+    prepare_folder(folder);
     const EmbreeScene embree(scene);
     const ShadingPoints samples = sample_shading_points(embree, options.render, options.points);
 

@@ -85,7 +85,11 @@ void add_wishes(CLI::App& program, TuneOptions& options) {
     program
         .add_option_function<std::uint64_t>(
             "--memory",
-            [&options](std::uint64_t bytes) { options.wishes.bytes = static_cast<double>(bytes); },
+            [&options](std::uint64_t bytes) {
+                if (bytes == 0)
+                    throw CLI::ValidationError("--memory", "0 leaves no room for a mesh");
+                options.wishes.bytes = static_cast<double>(bytes);
+            },
             "at most so much for the mesh of a frame: 500MB")
         ->transform(CLI::AsSizeValue(true));
     program.add_flag_callback(
@@ -124,6 +128,7 @@ void add_choices(CLI::App& program, TuneOptions& options) {
         .add_option("--lamp-angle", options.lamp_angle,
                     "radius of a lamp as seen from what it lights, in radians: radii are suggested for it")
         ->check(finite_positive)
+        ->check(CLI::Range(0.0, 1000.0))
         ->capture_default_str();
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr float amplification = 4.0f;
 /// Of the frontier, so that the report stays small.
-constexpr std::size_t most_pictures = 8;
+constexpr std::size_t most_pictures = 7;
 /// Exact pictures of a higher quality take minutes.
 constexpr float picture_reference_quality = 8.0f;
 

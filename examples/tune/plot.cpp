@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <utility>
 #include <vector>
 
 namespace demo {
@@ -166,10 +165,40 @@ bool is_recommended(const Report& report, const tune::Candidate& candidate) {
     });
 }
 
+/// Texts of a plot, each only where it covers none before it.
+class Labels {
+public:
+    /// Below a mark and to the left of it; to the right where it would leave the plot.
+    void add(const std::string& text, double x, double y, double distance) {
+        const double long_as = 8.0 * static_cast<double>(text.size());
+        const bool fits_left = x - distance - long_as > left;
+        const double text_x = fits_left ? x - distance - long_as : x + distance;
+        const double text_y = y + distance + 5.0;
+        for (const auto& [other_x, other_y, other_length] : placed_)
+            if (std::abs(text_y - other_y) < 13.0 && text_x < other_x + other_length &&
+                other_x < text_x + long_as)
+                return;
+        placed_.push_back({text_x, text_y, long_as});
+        svg_ +=
+            format("<text class=\"label\" x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%s</text>",
+                   fits_left ? text_x + long_as : text_x, text_y, fits_left ? "end" : "start", text.c_str());
+    }
+    const std::string& svg() const { return svg_; }
+
+private:
+    struct Place {
+        double x;
+        double y;
+        double length;
+    };
+    std::vector<Place> placed_;
+    std::string svg_;
+};
+
 /// A staircase would claim candidates that nobody has measured; straight lines only guide the eye.
 std::string frontier_line(const Report& report, const Axes& axes, float radius) {
     std::string points;
-    std::string labels;
+    Labels labels;
     for (const std::size_t i : report.frontier) {
         const tune::Measurement& m = report.tuning.measurements[i];
         if (m.candidate.radius != radius)
@@ -177,13 +206,10 @@ std::string frontier_line(const Report& report, const Axes& axes, float radius) 
         const double x = axes.time.at(seconds_per_point(report, m));
         const double y = axes.error.at(m.mean_absolute_error);
         points += format("%.1f,%.1f ", x, y);
-        // Below and to the left of the mark, and of its ring.
         const double distance = is_recommended(report, m.candidate) ? 12.0 : 7.0;
-        labels +=
-            format("<text class=\"label\" x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\">q %s</text>",
-                   x - distance, y + distance + 5.0, tune::detail::shortest(m.candidate.quality).c_str());
+        labels.add("q " + tune::detail::shortest(m.candidate.quality), x, y, distance);
     }
-    return "<polyline class=\"frontier\" points=\"" + points + "\"/>" + labels;
+    return "<polyline class=\"frontier\" points=\"" + points + "\"/>" + labels.svg();
 }
 
 std::string marks(const Report& report, const Axes& axes, float radius) {

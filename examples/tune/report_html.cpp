@@ -137,20 +137,20 @@ std::string frontier_section(const Report& report, const ReportPictures& picture
     html << ", the fastest first; below each picture its difference to the reference, "
          << pictures.amplification
          << " times amplified and negated: white where they are equal.</p><div class=\"strip\">";
-    for (const CandidatePicture& shown : pictures.frontier)
-        html << picture_figure(report, pictures, shown, false);
     const std::string name = tune::describe(pictures.reference.measurement.candidate);
     html << "<figure>" << picture_element(pictures.reference.picture, pictures, "The reference: " + name)
-         << "<figcaption><b>Reference of the pictures</b>" << escaped(name)
-         << "</figcaption></figure></div></section>";
+         << "<figcaption><b>Reference of the pictures</b>" << escaped(name) << "</figcaption></figure>";
+    for (const CandidatePicture& shown : pictures.frontier)
+        html << picture_figure(report, pictures, shown, false);
+    html << "</div></section>";
     return html.str();
 }
 
 std::string plot_section(const Report& report) {
     std::string html =
         "<section><h2>Time and error</h2><p>Every candidate, each held against a converged mesh of its "
-        "own radius. Down is more exact, left is faster; both axes are logarithmic. Numbers are those "
-        "of q along the frontier.</p>" +
+        "own radius. Down is more exact, left is faster; both axes are logarithmic. Texts give q "
+        "along the frontier.</p>" +
         plot_legend(report) + "<div class=\"plots\">";
     for (const float radius : radii_of(report))
         html += "<section><h3>Radius " + shortest(radius) + "</h3>" + time_error_plot(report, radius) +
@@ -167,6 +167,14 @@ std::string cell(const std::string& text, double value) {
 
 std::string text_cell(const std::string& text) {
     return "<td class=\"text\" data-value=\"" + escaped(text) + "\">" + escaped(text) + "</td>";
+}
+
+/// Sorted by rank: what is recommended comes first.
+std::string verdict_cell(bool is_recommended, bool on_frontier) {
+    if (is_recommended)
+        return "<td class=\"text\" data-value=\"0\">recommended</td>";
+    return on_frontier ? "<td class=\"text\" data-value=\"1\">frontier</td>"
+                       : "<td class=\"text\" data-value=\"2\"></td>";
 }
 
 std::string header_cell(const std::string& text, const std::string& unit, bool is_number) {
@@ -188,13 +196,12 @@ std::string table_head(const Report& report) {
            "</tr></thead>";
 }
 
+/// Three digits, so that a column can be compared at a glance; all of those before the point.
 std::string digits(double value) {
-    std::ostringstream text;
-    text.precision(3);
-    if (value >= 1000.0)
+    if (value >= 999.5)
         return grouped(static_cast<unsigned long long>(std::llround(value)));
-    text << value;
-    return text.str();
+    const double magnitude = value > 0.0 ? std::floor(std::log10(value)) : 2.0;
+    return fixed(value, static_cast<int>(std::clamp(2.0 - magnitude, 0.0, 9.0)));
 }
 
 std::string table_row(const Report& report, std::size_t i) {
@@ -210,11 +217,9 @@ std::string table_row(const Report& report, std::size_t i) {
     return std::string(chosen        ? "<tr class=\"chosen\">"
                        : on_frontier ? "<tr class=\"on-frontier\">"
                                      : "<tr>") +
-           text_cell(chosen        ? "recommended"
-                     : on_frontier ? "frontier"
-                                   : "") +
-           number(static_cast<double>(m.candidate.radius)) +
-           number(static_cast<double>(m.candidate.quality)) +
+           verdict_cell(chosen, on_frontier) +
+           cell(shortest(m.candidate.radius), static_cast<double>(m.candidate.radius)) +
+           cell(shortest(m.candidate.quality), static_cast<double>(m.candidate.quality)) +
            text_cell(tune::name_of(m.candidate.short_test)) + text_cell(long_test) +
            number(100.0 * m.mean_absolute_error) + number(100.0 * m.rms_error) +
            number(frame_seconds(report, m, tune::Frame::first)) +

@@ -104,7 +104,11 @@ tune::Measurement measurement_from(const Json& json) {
     m.candidate = candidate_from(json.at("candidate"));
     const auto reader = [](const Json& source) {
         return [&source](const char* name, auto& value) {
-            source.at(name).get_to(value);
+            const Json& number = source.at(name);
+            number.get_to(value);
+            if (number.is_number() && !(number.get<double>() >= 0.0))
+                throw std::runtime_error(std::string(name) + " is " + number.dump() +
+                                         "; it must not be negative");
         };
     };
     for_each_number(m, reader(json));
@@ -136,6 +140,12 @@ Json to_json_value(const tune::Recommendation& recommendation) {
         json["settings"] = tune::to_source(recommendation.choice->candidate);
     }
     return json;
+}
+
+/// The library starts its messages with a tag in brackets.
+std::string without_tag(const std::string& message) {
+    const std::size_t end = message.starts_with("[json.") ? message.find("] ") : std::string::npos;
+    return end == std::string::npos ? message : message.substr(end + 2);
 }
 
 /// Throws std::runtime_error that names the first difference.
@@ -190,7 +200,7 @@ std::vector<tune::Measurement> measurements_from_json(const std::filesystem::pat
             measurements.push_back(measurement_from(one));
         return measurements;
     } catch (const std::exception& error) {
-        throw std::runtime_error("cannot resume from " + file.string() + ": " + error.what());
+        throw std::runtime_error("cannot resume from " + file.string() + ": " + without_tag(error.what()));
     }
 }
 

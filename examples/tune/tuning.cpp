@@ -6,6 +6,7 @@
 #include "render/terminal.hpp"
 #include "render/text_table.hpp"
 #include "tune/machine.hpp"
+#include "tune/plot.hpp"
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -47,15 +48,17 @@ std::string light_points_text(const tune::Prediction& p) {
 }
 
 std::string prediction_bytes_text(const tune::Prediction& p) {
-    return bytes_text(static_cast<std::size_t>(p.bytes));
+    return megabytes_text(p.bytes);
 }
 
 void print_forecast(const tune::Forecast& forecast, std::size_t measured) {
     const std::vector<tune::Prediction>& all = forecast.candidates;
-    std::cout << all.size() << " candidates";
     if (measured > 0)
-        std::cout << " (" << measured << " measured before)";
-    std::cout << "; each is predicted to hold "
+        std::cout << measured << (measured == 1 ? " candidate" : " candidates") << " measured before\n";
+    if (all.empty())
+        return;
+    std::cout << all.size() << (all.size() == 1 ? " candidate" : " candidates")
+              << " to measure, each predicted to hold "
               << range_text(all, light_points_text, &tune::Prediction::light_points) << " light points in "
               << range_text(all, prediction_bytes_text, &tune::Prediction::bytes) << "\n"
               << "predicted time: about " << fixed(forecast.seconds, 0)
@@ -64,26 +67,20 @@ void print_forecast(const tune::Forecast& forecast, std::size_t measured) {
 }
 
 /// Leaves out what would not fit this machine, and says so.
-std::vector<tune::Candidate> affordable(const tune::Forecast& forecast) {
-    const double limit = 0.5 * physical_memory();
-    std::vector<tune::Candidate> kept;
+void drop_too_big(std::vector<tune::Candidate>& candidates, const tune::Forecast& forecast) {
     for (const tune::Prediction& p : forecast.candidates) {
-        if (p.bytes <= limit)
-            kept.push_back(p.candidate);
-        else
-            std::cout << "left out: " << tune::describe(p.candidate) << " would take "
-                      << prediction_bytes_text(p) << ", more than half of this machine's memory\n";
+        if (p.bytes <= 0.5 * physical_memory())
+            continue;
+        std::erase(candidates, p.candidate);
+        std::cout << "left out: " << tune::describe(p.candidate) << " would take " << prediction_bytes_text(p)
+                  << ", more than half of this machine's memory\n";
     }
-    return kept;
 }
 
 /// The share of a run that is done, by predicted seconds.
 class Clock {
 public:
-    Clock(const tune::Forecast& forecast, std::span<const tune::Measurement> done) : forecast_(forecast) {
-        for (const tune::Measurement& m : done)
-            add(m.candidate);
-    }
+    explicit Clock(const tune::Forecast& forecast) : forecast_(forecast) {}
 
     void add(const tune::Candidate& candidate) {
         const auto found = std::ranges::find(forecast_.candidates, candidate, &tune::Prediction::candidate);
@@ -130,16 +127,21 @@ Tuning tune_subject(const Subject& subject, const TuneOptions& options,
     const auto go_on = [](const tune::Progress&) {
         return !interrupted();
     };
-    const auto wanted = choose_candidates(options, radii, tuning.middle_radius);
-    const tune::Forecast forecast = tune::predict(subject, wanted, settings, go_on);
+    std::vector<tune::Candidate> candidates = choose_candidates(options, radii, tuning.middle_radius);
+    std::vector<tune::Candidate> missing;
+    for (const tune::Candidate& candidate : candidates) {
+        const auto found = std::ranges::find(done, candidate, &tune::Measurement::candidate);
+        if (found != done.end())
+            tuning.measurements.push_back(*found);
+        else
+            missing.push_back(candidate);
+    }
+    const tune::Forecast forecast = tune::predict(subject, missing, settings, go_on);
     tuning.forecast_seconds = forecast.seconds;
-    const std::vector<tune::Candidate> candidates = affordable(forecast);
-    std::ranges::copy_if(done, std::back_inserter(tuning.measurements), [&](const tune::Measurement& m) {
-        return std::ranges::find(candidates, m.candidate) != candidates.end();
-    });
     print_forecast(forecast, tuning.measurements.size());
+    drop_too_big(candidates, forecast);
 
-    Clock clock(forecast, tuning.measurements);
+    Clock clock(forecast);
     ProgressBar bar("measuring");
     const auto show = [&](const tune::Progress& progress) {
         if (progress.latest != nullptr) {

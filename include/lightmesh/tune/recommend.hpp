@@ -92,9 +92,18 @@ inline std::string rounded(double value) {
     return text.str();
 }
 
+/// "850 ns", "11.2 µs": with the unit that fits, in UTF-8.
+inline std::string duration_text(double seconds) {
+    if (seconds < 1e-6)
+        return rounded(1e9 * seconds) + " ns";
+    if (seconds < 1e-3)
+        return rounded(1e6 * seconds) + " \xC2\xB5s";
+    return seconds < 1.0 ? rounded(1e3 * seconds) + " ms" : rounded(seconds) + " s";
+}
+
 inline std::string time_text(const Measurement& m, const Wishes& wishes) {
-    return rounded(ns_per_point(m, wishes.frame)) + " ns a point, " +
-           rounded(frame_seconds(m, wishes.frame) / wishes.threads) + " s a frame";
+    return duration_text(1e-9 * ns_per_point(m, wishes.frame)) + " a point and thread, " +
+           duration_text(frame_seconds(m, wishes.frame) / wishes.threads) + " a frame";
 }
 
 inline std::string error_text(const Measurement& m) {
@@ -204,13 +213,15 @@ inline Recommendation recommend(std::span<const Measurement> results, const Wish
     if (!detail::narrow(
             among, [&](const Measurement& m) { return error(m) <= wishes.mean_absolute_error; }, error,
             [](const Measurement& m) { return detail::error_text(m); },
-            "that fits the memory is as exact as " + detail::rounded(100.0 * wishes.mean_absolute_error) +
-                " %",
+            std::string(std::isfinite(wishes.bytes) ? "that fits the memory " : "") + "is as exact as " +
+                detail::rounded(100.0 * wishes.mean_absolute_error) + " %",
             result.reason))
         return result;
     if (!detail::narrow(
             among, [&](const Measurement& m) { return detail::is_fast_enough(m, wishes); }, time, say_time,
-            "that keeps the other limits is fast enough", result.reason))
+            (error_limited || std::isfinite(wishes.bytes) ? "that keeps to the other limits is fast enough"
+                                                          : "is fast enough"),
+            result.reason))
         return result;
 
     const auto with_cost = [&](const Measurement& m) {
