@@ -134,7 +134,7 @@ std::string frontier_section(const Report& report, const ReportPictures& picture
          << shortest(report.tuning.middle_radius) << " that nothing beats in both time and error";
     if (pictures.frontier.size() < pictures.frontier_size)
         html << " (" << pictures.frontier.size() << " of " << pictures.frontier_size << ")";
-    html << ", the fastest first; below each picture its difference to the reference, "
+    html << ", the fastest first; with each picture its difference to the reference, "
          << pictures.amplification
          << " times amplified and negated: white where they are equal.</p><div class=\"strip\">";
     const std::string name = tune::describe(pictures.reference.measurement.candidate);

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+
+// The program lightmesh-tune as its users run it, and its report in a browser.
+
+#include "temporary_folder.hpp"
+#include "tune/files.hpp"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Json = nlohmann::json;
+
+struct Finished {
+    int status;
+    std::string output;
+    std::string errors;
+};
+
+/// Runs a command of the shell; what it prints lies in the folder while it runs.
+Finished run(const test::TemporaryFolder& folder, const std::string& command) {
+    const std::string output = (folder / "output.txt").string();
+    const std::string errors = (folder / "errors.txt").string();
+    const int ended = std::system(("{ " + command + " ; } >" + output + " 2>" + errors).c_str());
+    return {WIFEXITED(ended) ? WEXITSTATUS(ended) : -1, demo::read_file(output), demo::read_file(errors)};
+}
+
+/// Takes a second or so.
+std::string tune_command(const std::filesystem::path& output, const std::string& more = "--quality 2,3") {
+    return LIGHTMESH_TUNE " spheres --points 256 --reference-points 16 --radius 5 --short-test none,linked "
+                          "--long-test rays --width 160 --height 120 --picture-width 48 --threads 2 -o " +
+           output.string() + " " + more;
+}
+
+Json report_in(const std::filesystem::path& folder) {
+    return Json::parse(demo::read_file(folder / "report.json"));
+}
+
+/// Loads a page in a browser. The output is what became of it; the errors have a line for each message of the
+/// page's console, with CONSOLE in it.
+Finished browse(const test::TemporaryFolder& folder, const std::filesystem::path& page, int width) {
+    return run(folder, LIGHTMESH_CHROMIUM " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage "
+                                          "--disable-background-networking --no-first-run "
+                                          "--enable-logging=stderr --virtual-time-budget=2000 --dump-dom "
+                                          "--user-data-dir=" +
+                           (folder / "profile").string() + " --window-size=" + std::to_string(width) +
+                           ",900 file://" + page.string());
+}
+
+/// What stands between `before` and the next quote.
+std::string attribute(const std::string& html, const std::string& before) {
+    const std::size_t at = html.find(before);
+    if (at == std::string::npos)
+        return "missing";
+    const std::size_t start = at + before.size();
+    return html.substr(start, html.find('"', start) - start);
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size()))
+        ++found;
+    return found;
+}
+
+/// Sorts the table by the errors, twice, and leaves what came of it in attributes of the page.
+constexpr const char* probe = R"(<script>
+const header = document.querySelectorAll("th")[5];
+const column = () => Array.from(document.querySelectorAll("tbody tr"), (row) => Number(row.cells[5].dataset.value));
+const rises = (values) => values.every((value, i) => i === 0 || values[i - 1] <= value);
+header.querySelector("button").click();
+document.body.dataset.up = header.getAttribute("aria-sort") + " " + rises(column()) + " " + column().length;
+header.querySelector("button").click();
+document.body.dataset.down = header.getAttribute("aria-sort") + " " + rises(column().reverse());
+document.body.dataset.overflow = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+document.body.dataset.images = Array.from(document.images).every((image) => image.complete && image.naturalWidth > 0);
+</script></body>)";
+
+}  // namespace
+
+TEST_CASE("lightmesh-tune: predicts, measures, recommends, and says so as text and as JSON") {
+    const test::TemporaryFolder folder;
+    const Finished ran = run(folder, tune_command(folder / "out"));
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.errors.empty());
+    CHECK(ran.output.find("4 candidates to measure") < ran.output.find("predicted time: about "));
+    const Json report = report_in(folder / "out");
+    CHECK(report.at("finished") == true);
+    CHECK(report.at("context").at("scene") == "spheres");
+    CHECK(ran.output.find(report.at("recommended").at("settings")) != std::string::npos);
+    CHECK(ran.output.find(report.at("recommended").at("reason")) != std::string::npos);
+    REQUIRE(report.at("measurements").size() == 4);
+    for (const Json& measurement : report.at("measurements")) {
+        CHECK(measurement.at("candidate").at("radius") == 5.0);
+        CHECK(measurement.at("warm_ns_per_point") > 0.0);
+        CHECK(measurement.at("mean_absolute_error") > 0.0);
+        CHECK(measurement.at("frame").at("cold_seconds") >= measurement.at("frame").at("warm_seconds"));
+    }
+    CHECK(std::filesystem::exists(folder / "out/pictures/reference.png"));
+    CHECK_FALSE(std::filesystem::exists(folder / "out/report.json.part"));
+}
+
+TEST_CASE("lightmesh-tune: its report works in a browser, needs no network and fits a phone") {
+    const test::TemporaryFolder folder;
+    const Finished ran = run(folder, tune_command(folder / "out"));
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    const std::string html = demo::read_file(folder / "out/report.html");
+    const Finished plain = browse(folder, folder / "out/report.html", 1200);
+    REQUIRE_MESSAGE(plain.status == 0, plain.errors);
+    CHECK_MESSAGE(plain.errors.find("CONSOLE") == std::string::npos, plain.errors);
+
+    const std::size_t end = html.rfind("</body>");
+    REQUIRE(end != std::string::npos);
+    const auto probed = folder.write("probed.html", html.substr(0, end) + probe + html.substr(end + 7));
+    for (const int width : {1200, 390}) {
+        CAPTURE(width);
+        const Finished shown = browse(folder, probed, width);
+        CHECK_MESSAGE(shown.errors.find("CONSOLE") == std::string::npos, shown.errors);
+        CHECK(attribute(shown.output, "data-up=\"") == "ascending true 4");
+        CHECK(attribute(shown.output, "data-down=\"") == "descending true");
+        CHECK(attribute(shown.output, "data-overflow=\"") == "0");
+        CHECK(attribute(shown.output, "data-images=\"") == "true");
+    }
+
+    CHECK(html.find("http") == std::string::npos);
+    CHECK(html.find("url(") == std::string::npos);
+    CHECK(count(html, " src=\"") == count(html, " src=\"data:image/png;base64,"));
+    CHECK(count(html, " href=\"") == count(html, " href=\"data:"));
+    CHECK(count(html, "class=\"frontier\"") == 2);  // of the plot and of its legend
+    CHECK(html.find("mean absolute error</text>") != std::string::npos);
+    CHECK(html.find("time per point, one thread, first frame</text>") != std::string::npos);
+}
+
+TEST_CASE("lightmesh-tune: the test of the report would see an error of its script") {
+    const test::TemporaryFolder folder;
+    const auto page =
+        folder.write("page.html", "<!DOCTYPE html><title>-</title><script>not_there();</script>");
+    const Finished shown = browse(folder, page, 800);
+    CHECK(shown.status == 0);
+    CHECK_MESSAGE(shown.errors.find("CONSOLE") != std::string::npos, shown.errors);
+}
+
+TEST_CASE("lightmesh-tune: resumes what was measured, and measures the rest") {
+    const test::TemporaryFolder folder;
+    REQUIRE(run(folder, tune_command(folder / "out", "--quality 2")).status == 0);
+    const Json before = report_in(folder / "out");
+    const Finished ran = run(folder, tune_command(folder / "out", "--quality 2,3 --resume"));
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.output.find("2 candidates measured before\n2 candidates to measure") != std::string::npos);
+    const Json after = report_in(folder / "out");
+    REQUIRE(before.at("measurements").size() == 2);
+    REQUIRE(after.at("measurements").size() == 4);
+    for (std::size_t i = 0; i < 2; ++i)
+        CHECK(after.at("measurements")[i].at("warm_ns_per_point") ==
+              before.at("measurements")[i].at("warm_ns_per_point"));
+}
+
+TEST_CASE("lightmesh-tune: after Ctrl-C the report has what was measured") {
+    const test::TemporaryFolder folder;
+    const std::string out = (folder / "out").string();
+    const std::string all = "--quality 2,3,4,5,6,7,8 --short-test none,linked,exact";
+    const Finished ran = run(folder, tune_command(out, all) + " & p=$!; while kill -0 $p && [ ! -s " + out +
+                                         "/report.json ]; do sleep 0.01; done; kill -INT $p; wait $p");
+    CHECK(ran.status == 130);
+    CHECK(ran.errors.find("--resume takes them up") != std::string::npos);
+    const Json report = report_in(out);
+    CHECK(report.at("finished") == false);
+    CHECK(report.at("measurements").size() >= 1);
+    CHECK(report.at("measurements").size() < 21);
+}
+
+TEST_CASE("lightmesh-tune: limits that nothing keeps to are status 3, and the report is written") {
+    const test::TemporaryFolder folder;
+    const Finished ran = run(folder, tune_command(folder / "out", "--quality 2 --budget 1ns"));
+    CHECK(ran.status == 3);
+    CHECK(ran.output.find("No candidate is fast enough; the nearest is r 5, q 2, ") != std::string::npos);
+    CHECK_FALSE(report_in(folder / "out").at("recommended").contains("candidate"));
+    CHECK(std::filesystem::exists(folder / "out/report.html"));
+}
+
+TEST_CASE("lightmesh-tune: what is wrong with the command line is told in one line") {
+    const test::TemporaryFolder folder;
+    folder.write("file", "");
+    struct Wrong {
+        std::string arguments;
+        std::string message;
+        int status;
+    };
+    const std::vector<Wrong> all{
+        {"", "scene is required", 2},
+        {"nosuch", "nosuch: no such file, and no built-in scene of that name", 1},
+        {"spheres --budget soon", "'soon' is no budget: write 200ns", 2},
+        {"spheres --budget -3ns", "'-3ns' is no budget", 2},
+        {"spheres --error 150%", "'150%' is no error: write 0.01 or 1%", 2},
+        {"spheres --memory much", "--memory: much", 2},
+        {"spheres --memory 0", "--memory: 0 leaves no room", 2},
+        {"spheres --quality 0.5", "--quality: Value 0.5 not in range", 2},
+        {"spheres --quality 2,x", "--quality: Value x not in range", 2},
+        {"spheres --radius nan", "--radius: nan is not a finite number above 0", 2},
+        {"spheres --radius 0", "--radius: 0 is not", 2},
+        {"spheres --points 0", "--points: Value 0 not in range", 2},
+        {"spheres --lamp-angle 1e9", "--lamp-angle: Value 1e9 not in range", 2},
+        {"spheres --long-test magic", "--long-test: magic not in", 2},
+        {"spheres --resume", "there is nothing to resume: no file ", 1},
+    };
+    for (const Wrong& wrong : all) {
+        CAPTURE(wrong.arguments);
+        const Finished ran =
+            run(folder, LIGHTMESH_TUNE " -o " + (folder / "out").string() + " " + wrong.arguments);
+        CHECK(ran.status == wrong.status);
+        CHECK(ran.errors.starts_with("lightmesh-tune: "));
+        CHECK_MESSAGE(ran.errors.find(wrong.message) != std::string::npos, ran.errors);
+        CHECK(count(ran.errors, "\n") == 1);
+        CHECK_FALSE(std::filesystem::exists(folder / "out"));
+    }
+    const Finished ran = run(folder, tune_command(folder / "file/out"));
+    CHECK(ran.status == 1);
+    CHECK(ran.errors.find("cannot make the folder " + (folder / "file/out").string()) != std::string::npos);
+}
+
+TEST_CASE("lightmesh-tune: it does not resume from damaged reports, or from others") {
+    const test::TemporaryFolder folder;
+    REQUIRE(run(folder, tune_command(folder / "out", "--quality 2")).status == 0);
+    const auto file = folder / "out/report.json";
+    const std::string good = demo::read_file(file);
+    const auto with = [&](const std::string& path, const Json& value) {
+        Json changed = Json::parse(good);
+        changed.at(Json::json_pointer(path)) = value;
+        return changed.dump();
+    };
+    const std::vector<std::pair<std::string, std::string>> all{
+        {"", "parse error"},
+        {good.substr(0, good.size() / 2), "parse error"},
+        {"null", "cannot resume"},
+        {"{}", "key 'format' not found"},
+        {with("/format", 99), "it has format 99, not 1"},
+        {with("/context/scene", "park"), "its scene was \"park\" and is \"spheres\" now"},
+        {with("/context/points measured", "17"), "its points measured was \"17\" and is \"256\" now"},
+        {with("/measurements/0/warm_ns_per_point", "fast"), "must be number, but is string"},
+        {with("/measurements/0/frame/warm_seconds", -1.0), "warm_seconds is -1.0; it must not be negative"},
+        {with("/measurements/0/candidate/short_test", "magic"), "unknown name \"magic\""},
+    };
+    for (const auto& [content, message] : all) {
+        CAPTURE(message);
+        demo::write_file(file, content);
+        const Finished ran = run(folder, tune_command(folder / "out", "--quality 2 --resume"));
+        CHECK(ran.status == 1);
+        CHECK(ran.errors.starts_with("lightmesh-tune: cannot resume from " + file.string() + ": "));
+        CHECK_MESSAGE(ran.errors.find(message) != std::string::npos, ran.errors);
+        CHECK(count(ran.errors, "\n") == 1);
+        CHECK(demo::read_file(file) == content);
+    }
+}
