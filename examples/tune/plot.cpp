@@ -42,7 +42,7 @@ struct Axis {
     /// 1, 2 and 5 times powers of ten, or the powers alone on a long axis.
     std::vector<double> ticks() const {
         std::vector<double> values;
-        const bool is_long = high / low > 400.0;
+        const bool is_long = high / low > 200.0;
         for (double power = std::pow(10.0, std::floor(std::log10(low))); power <= high; power *= 10.0)
             for (const double digit : {1.0, 2.0, 5.0})
                 if ((digit == 1.0 || !is_long) && digit * power >= low && digit * power <= high)

@@ -25,6 +25,8 @@ namespace {
 tune::Options tuner_options(const TuneOptions& options) {
     tune::Options result;
     result.reference_points = options.reference_points;
+    // Longer than the default: other programs may be running beside.
+    result.least_seconds = 0.2;
     const int threads = options.render.threads;
     result.executor.threads =
         static_cast<std::size_t>(threads > 0 ? threads : tbb::this_task_arena::max_concurrency());
