@@ -245,7 +245,11 @@ TEST_CASE("lightmesh-tune: it does not resume from damaged reports, or from othe
         changed.at(Json::json_pointer(path)) = value;
         return changed.dump();
     };
-    const std::vector<std::pair<std::string, std::string>> all{
+    struct Damaged {
+        std::string content;
+        std::string message;
+    };
+    const std::vector<Damaged> all{
         {"", "parse error"},
         {good.substr(0, good.size() / 2), "parse error"},
         {"null", "cannot resume"},
@@ -257,14 +261,14 @@ TEST_CASE("lightmesh-tune: it does not resume from damaged reports, or from othe
         {with("/measurements/0/frame/warm_seconds", -1.0), "warm_seconds is -1.0; it must not be negative"},
         {with("/measurements/0/candidate/short_test", "magic"), "unknown name \"magic\""},
     };
-    for (const auto& [content, message] : all) {
-        CAPTURE(message);
-        demo::write_file(file, content);
+    for (const Damaged& damaged : all) {
+        CAPTURE(damaged.message);
+        demo::write_file(file, damaged.content);
         const Finished ran = run(folder, tune_command(folder / "out", "--quality 2 --resume"));
         CHECK(ran.status == 1);
         CHECK(ran.errors.starts_with("lightmesh-tune: cannot resume from " + file.string() + ": "));
-        CHECK_MESSAGE(ran.errors.find(message) != std::string::npos, ran.errors);
+        CHECK_MESSAGE(ran.errors.find(damaged.message) != std::string::npos, ran.errors);
         CHECK(count(ran.errors, "\n") == 1);
-        CHECK(demo::read_file(file) == content);
+        CHECK(demo::read_file(file) == damaged.content);
     }
 }
