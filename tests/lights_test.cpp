@@ -3,6 +3,7 @@
 #include "random_scene.hpp"
 
 #include <lightmesh/light_mesh.hpp>
+#include <lightmesh/light_order.hpp>
 #include <lightmesh/lights.hpp>
 
 #include <doctest/doctest.h>
@@ -162,5 +163,55 @@ TEST_CASE("a whole cone is a point light, and a light twice is a light") {
         mesh.visibility(p.position, p.normal, std::span<float>{all});
         for (const float s : all)
             CHECK(s == all[0]);
+    }
+}
+
+TEST_CASE("a light has the same values alone and among others, wherever it is kept") {
+    test::Random random(52);
+    const auto scene = test::boxes_on_floor(random, 4);
+    const auto points = test::surface_points(random, scene, 60);
+    const std::vector<Light> lights = test::random_lights(random, 150);
+    for (const ShortTest short_test : test::all_short_tests) {
+        const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights, settings_of(short_test)};
+        for (std::size_t i = 0; i < lights.size(); i += 7) {
+            const std::vector<Light> one{lights[i]};
+            const lightmesh::LightMesh alone{test::PlainTracer{&scene}, one, settings_of(short_test)};
+            for (const test::SurfacePoint& p : points) {
+                std::vector<float> all(lights.size(), -1.0f);
+                mesh.visibility(p.position, p.normal, std::span<float>{all});
+                CHECK(all[i] == alone.visibility(p.position, p.normal, 0));
+                CHECK(all[i] == mesh.visibility(p.position, p.normal, i));
+            }
+        }
+    }
+}
+
+TEST_CASE("lights are kept as given unless some have a range; then those stand last, neighbours together") {
+    using lightmesh::detail::LightOrder;
+    const std::vector<Light> endless{lightmesh::PointLight{{5, 0, 0}}, lightmesh::DirectionalLight{},
+                                     lightmesh::PointLight{{1, 0, 0}}};
+    CHECK(LightOrder(endless).is_given());
+
+    // Two clusters far apart, in turn, and two lights without a range among them.
+    std::vector<Light> lights;
+    for (int i = 0; i < 40; ++i) {
+        const float x = (i % 2 == 0 ? 0.0f : 100.0f) + 0.1f * static_cast<float>(i);
+        if (i == 7 || i == 30)
+            lights.push_back(lightmesh::PointLight{{x, 0, 0}});
+        else
+            lights.push_back(lightmesh::PointLight{{x, 0, 0}, 2.0f});
+    }
+    const LightOrder order(lights);
+    CHECK_FALSE(order.is_given());
+    CHECK(order.light_at(0) == 7);
+    CHECK(order.light_at(1) == 30);
+    std::vector<bool> seen(lights.size());
+    for (std::size_t place = 0; place < lights.size(); ++place) {
+        const std::size_t light = order.light_at(place);
+        CHECK(order.place_of(light) == place);
+        CHECK_FALSE(seen[light]);
+        seen[light] = true;
+        if (place >= 2)
+            CHECK((light % 2 == 1) == (place >= 2 + 19));
     }
 }

@@ -4,6 +4,7 @@
 #include <lightmesh/check.hpp>
 #include <lightmesh/check_light.hpp>
 #include <lightmesh/grid.hpp>
+#include <lightmesh/light_order.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/ray_ends.hpp>
 #include <lightmesh/segment.hpp>
@@ -32,28 +33,31 @@ namespace lightmesh::detail {
 inline constexpr std::size_t lights_per_tile = 64;
 inline constexpr std::size_t lights_per_group = 8;
 
-/// The lights of a mesh, checked and laid out for loops over many of them.
+/// One byte for each light of a tile: 1 if it can reach a point, else 0. Places without a light have 0.
+using Reaching = std::array<std::uint8_t, lights_per_tile>;
+
+/// The lights of a mesh, checked and laid out for loops over many of them. A light has a number, the user's
+/// own, and a place: tiles and groups are of lights in neighbouring places.
 class LightTable {
 public:
     /// Throws what `check_light` throws.
     LightTable(std::span<const Light> lights, const Grid& grid)
-        : lights_(lights.begin(), lights.end()),
+        : lights_(checked(lights)), order_(lights),
           tiles_((lights.size() + lights_per_tile - 1) / lights_per_tile),
           step_(static_cast<float>(grid.step())), reach_(static_cast<float>(grid.step() * Grid::max_index)) {
-        for (std::size_t i = 0; i < lights_.size(); ++i) {
-            const std::string name = "light " + to_text(i);
-            check_light(lights_[i], name);
-            std::visit(
-                [&](const auto& light) { tiles_[i / lights_per_tile].set(i % lights_per_tile, light); },
-                lights_[i]);
+        for (std::size_t place = 0; place < lights_.size(); ++place) {
+            Tile& tile = tiles_[place / lights_per_tile];
+            const Light& light = lights_[order_.light_at(place)];
+            std::visit([&](const auto& kind) { tile.set(place % lights_per_tile, kind); }, light);
+            tile.include(ball_of(light));
         }
     }
 
     std::size_t size() const { return lights_.size(); }
     std::size_t bytes() const {
-        return lights_.capacity() * sizeof(Light) + tiles_.capacity() * sizeof(Tile);
+        return lights_.capacity() * sizeof(Light) + order_.bytes() + tiles_.capacity() * sizeof(Tile);
     }
-    const std::vector<Light>& lights() const { return lights_; }
+    const LightOrder& order() const { return order_; }
     std::size_t tile_count() const { return tiles_.size(); }
 
     /// Number of lights in a tile, 1..64.
@@ -63,22 +67,22 @@ public:
     /// Number of groups in a tile, 1..8.
     int tile_groups(std::size_t tile) const { return (tile_size(tile) + 7) / 8; }
 
-    /// Which lights of a tile can reach a point at all: chi of equation (3), range and cone. Sets reaches[l]
-    /// to 1 or 0 for all 64 places of the tile; places without a light get 0.
-    void find_reaching(std::size_t tile, const glm::vec3& point, const glm::vec3& normal,
-                       std::uint8_t* reaches) const {
-        tiles_[tile].find_reaching(point, normal, reaches);
+    /// Which lights of a tile can reach a point at all: chi of equation (3), range and cone.
+    Reaching find_reaching(std::size_t tile, const glm::vec3& point, const glm::vec3& normal) const {
+        return tiles_[tile].may_reach(point) ? tiles_[tile].find_reaching(point, normal) : Reaching{};
     }
 
     /// `find_reaching` for one light.
     bool reaches(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
-        return tiles_[light / lights_per_tile].reaches(light % lights_per_tile, point, normal);
+        const std::size_t place = order_.place_of(light);
+        return tiles_[place / lights_per_tile].reaches(place % lights_per_tile, point, normal);
     }
 
     /// Whether any point within `radius` of the box can be reached, by range alone.
     bool in_range(std::size_t light, const glm::vec3& box_low, const glm::vec3& box_high,
                   float radius) const {
-        return tiles_[light / lights_per_tile].in_range(light % lights_per_tile, box_low, box_high, radius);
+        const std::size_t place = order_.place_of(light);
+        return tiles_[place / lights_per_tile].in_range(place % lights_per_tile, box_low, box_high, radius);
     }
 
     /// The segment of a long test. It starts at the light, so that neighbouring segments are coherent; those
@@ -97,6 +101,12 @@ public:
     }
 
 private:
+    static std::vector<Light> checked(std::span<const Light> lights) {
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            check_light(lights[i], "light " + to_text(i));
+        return {lights.begin(), lights.end()};
+    }
+
     const glm::vec3& position_of(std::size_t light) const {
         if (const auto* point = std::get_if<PointLight>(&lights_[light]))
             return point->position;
@@ -115,6 +125,9 @@ private:
         Column range_squared = filled(-1.0f);  // less than any distance where there is no light
         Column axis_x{}, axis_y{}, axis_z{}, cos_cone{};
         bool has_cones = false;
+        // The box around all that the lights can reach.
+        glm::vec3 box_low{std::numeric_limits<float>::infinity()};
+        glm::vec3 box_high{-std::numeric_limits<float>::infinity()};
 
         static Column filled(float value) {
             Column column;
@@ -145,7 +158,20 @@ private:
             cos_cone[l] = -2.0f;  // every direction lies inside
         }
 
-        void find_reaching(const glm::vec3& point, const glm::vec3& normal, std::uint8_t* reaches) const {
+        void include(const LightBall& ball) {
+            // Wider by some roundings, so that no point is left out that is in range.
+            const float range = 1.00001f * ball.range + 1e-6f * largest_component(ball.middle);
+            box_low = (glm::min)(box_low, ball.middle - range);
+            box_high = (glm::max)(box_high, ball.middle + range);
+        }
+
+        bool may_reach(const glm::vec3& point) const {
+            return (point.x >= box_low.x) & (point.y >= box_low.y) & (point.z >= box_low.z) &
+                   (point.x <= box_high.x) & (point.y <= box_high.y) & (point.z <= box_high.z);
+        }
+
+        Reaching find_reaching(const glm::vec3& point, const glm::vec3& normal) const {
+            Reaching reaches;
             for (std::size_t l = 0; l < lights_per_tile; ++l) {
                 const float x = at_x[l] - nearness[l] * point.x;
                 const float y = at_y[l] - nearness[l] * point.y;
@@ -154,10 +180,10 @@ private:
                 const bool near_enough = nearness[l] * (x * x + y * y + z * z) <= range_squared[l];
                 reaches[l] = static_cast<std::uint8_t>(faces & near_enough);
             }
-            if (!has_cones)
-                return;
-            for (std::size_t l = 0; l < lights_per_tile; ++l)
-                reaches[l] &= inside_cone(l, point);
+            if (has_cones)
+                for (std::size_t l = 0; l < lights_per_tile; ++l)
+                    reaches[l] &= inside_cone(l, point);
+            return reaches;
         }
 
         bool reaches(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
@@ -185,6 +211,7 @@ private:
     };
 
     std::vector<Light> lights_;
+    LightOrder order_;
     std::vector<Tile> tiles_;
     float step_;
     float reach_;

@@ -38,9 +38,9 @@ inline float light_clearance(const Light& light, float step) {
     return 0.0f;
 }
 
-/// What a long test is asked: does light first + l, l < count <= 8, see points[p]? Lights that no point
-/// within `radius` of the cell can be reached by are dark and cost nothing. The answer has bit 8 l + p set
-/// for yes.
+/// What a long test is asked: does the light at place first + l, l < count <= 8, see points[p]? Lights that
+/// no point within `radius` of the cell can be reached by are dark and cost nothing. The answer has bit 8 l +
+/// p set for yes.
 struct LongTestUnit {
     const LightTable& lights;
     std::size_t first;
@@ -48,11 +48,11 @@ struct LongTestUnit {
     const CellPoints& points;
     float radius;
 
-    /// Calls visit(light, l) for the lights that need an answer.
+    /// Calls visit(light, l), with the light's number, for the lights that need an answer.
     template <class Visitor>
     void for_each_light(Visitor&& visit) const {
         for (int l = 0; l < count; ++l) {
-            const std::size_t light = first + static_cast<std::size_t>(l);
+            const std::size_t light = lights.order().light_at(first + static_cast<std::size_t>(l));
             if (lights.in_range(light, points.front(), points.back(), radius))
                 visit(light, l);
         }

@@ -3,6 +3,7 @@
 
 #include <lightmesh/brick.hpp>
 #include <lightmesh/hemisphere.hpp>
+#include <lightmesh/light_order.hpp>
 #include <lightmesh/light_table.hpp>
 #include <lightmesh/neighbours.hpp>
 #include <lightmesh/ray_ends.hpp>
@@ -138,6 +139,8 @@ public:
             trace_shadow_rays(values);
             return false;
         }
+        if (!lights().order().is_given())
+            return average_reordered(count, values);
         bool agree = true;
         for (std::size_t t = 0; t < lights().tile_count(); ++t) {
             const auto first = t * lights_per_tile;
@@ -148,15 +151,12 @@ public:
     }
 
 private:
-    /// One byte a light: 1 if it can reach P.
-    using Reaching = std::array<std::uint8_t, lights_per_tile>;
-
     const LightTable& lights() const { return store_->lights(); }
     ShortTest short_test() const { return store_->settings().short_test; }
 
     const Reaching& reaching(std::size_t tile) {
         if (tile != reaching_tile_) {
-            lights().find_reaching(tile, point_, normal_, reaching_.data());
+            reaching_ = lights().find_reaching(tile, point_, normal_);
             reaching_tile_ = tile;
         }
         return reaching_;
@@ -238,6 +238,22 @@ private:
         return mixed == 0;
     }
 
+    /// `average` where the lights' places are not their numbers: most tiles then reach nothing.
+    bool average_reordered(int count, std::span<float> values) {
+        std::ranges::fill(values, 0.0f);
+        bool agree = true;
+        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
+            if (groups_with_any(reaching(t)) == 0)
+                continue;
+            std::array<float, lights_per_tile> in_tile;
+            const auto size = static_cast<std::size_t>(lights().tile_size(t));
+            agree &= average_tile(t, count, std::span(in_tile).first(size));
+            for (std::size_t l = 0; l < size; ++l)
+                values[lights().order().light_at(t * lights_per_tile + l)] = in_tile[l];
+        }
+        return agree;
+    }
+
     static std::uint32_t groups_with_any(const Reaching& reaching) {
         std::uint32_t groups = 0;
         for (std::size_t g = 0; g < 8; ++g) {
@@ -274,8 +290,8 @@ private:
 
     /// The number of neighbours that see one light.
     int count_lit(std::size_t light) {
-        const std::size_t tile = light / lights_per_tile;
-        const std::size_t place = light % lights_per_tile;
+        const std::size_t tile = lights().order().place_of(light) / lights_per_tile;
+        const std::size_t place = lights().order().place_of(light) % lights_per_tile;
         const auto stride = static_cast<std::size_t>(8 * lights().tile_groups(tile));
         int lit = 0;
         for (const BrickPoints& entry : neighbours_.entries()) {
@@ -316,7 +332,8 @@ private:
         for (std::size_t t = 0; t < lights().tile_count(); ++t) {
             const Reaching& reaches = reaching(t);
             for (int l = 0; l < lights().tile_size(t); ++l) {
-                const std::size_t light = t * lights_per_tile + static_cast<std::size_t>(l);
+                const std::size_t light =
+                    lights().order().light_at(t * lights_per_tile + static_cast<std::size_t>(l));
                 values[light] = reaches[static_cast<std::size_t>(l)] != 0 ? shadow_ray(light) : 0.0f;
             }
         }
