@@ -39,6 +39,9 @@ struct Wishes {
 /// Mean absolute error that is asked for if neither time nor error is limited.
 inline constexpr double default_error = 0.05;
 
+/// A step of a picture of 8 bits: what is less cannot be seen, and is not worth time that nobody limits.
+inline constexpr double invisible_error = 1.0 / 255.0;
+
 /// What to use, and why.
 struct Recommendation {
     std::optional<Measurement> choice;  ///< nothing if no candidate is good enough
@@ -173,9 +176,10 @@ inline std::vector<std::size_t> pareto_frontier(std::span<const Measurement> res
 /// What to use. Among the candidates that keep within all limits: the most exact if there is a limit to the
 /// time but none to the error; the fastest if there is one to the error. If neither is limited, the best
 /// balance: of those with an error of at most `default_error` the one with the least product of time and
-/// error, so that all others lose more of the one than they gain of the other; or the most exact if none is
-/// that exact. Measurements that are not finite are never chosen. Without `Wishes::radius`, all radii
-/// compete, each with the error to its own reference.
+/// error, so that all others lose more of the one than they gain of the other (an error below
+/// `invisible_error` counts as that); or the most exact if none is that exact. Measurements that are not
+/// finite are never chosen. Without `Wishes::radius`, all radii compete, each with the error to its own
+/// reference.
 ///
 /// Throws std::invalid_argument that names the value for a wish that is NaN, negative or (but for the error)
 /// 0.
@@ -239,7 +243,7 @@ inline Recommendation recommend(std::span<const Measurement> results, const Wish
             among, [&](const Measurement& m) { return error(m) <= default_error; }, error,
             [](const Measurement& m) { return detail::error_text(m); }, "", none);
         const auto product = [&](const Measurement& m) {
-            return time(m) * error(m);
+            return time(m) * (std::max)(error(m), invisible_error);
         };
         const std::string limit = detail::rounded(100.0 * default_error) + " %";
         result.choice = found ? detail::least(among, product) : detail::least(among, error);
