@@ -89,7 +89,8 @@ void run_radius(const Subject<Adapters...>& subject, std::span<const Candidate> 
     reporter.report();
     const Reference reference(subject, radius, largest_quality(candidates, radius), options, reporter);
     Candidate sparse = missing.front();
-    sparse.quality = (std::min)(sparse.quality, 2.0f);
+    // Few light points to count, and yet enough to a hemisphere.
+    sparse.quality = (std::min)(largest_quality(candidates, radius), 2.0f);
     const double growth =
         frame_growth(subject.lights(), subject.samples(), settings_of(sparse, options.base));
     for (const Candidate& candidate : missing) {
