@@ -186,7 +186,7 @@ TEST_CASE("a light has the same values alone and among others, wherever it is ke
     }
 }
 
-TEST_CASE("lights are kept as given unless some have a range; then those stand last, neighbours together") {
+TEST_CASE("lights are kept as given, but those with a range stand last, neighbours together") {
     using lightmesh::detail::LightOrder;
     const std::vector<Light> endless{lightmesh::PointLight{{5, 0, 0}}, lightmesh::DirectionalLight{},
                                      lightmesh::PointLight{{1, 0, 0}}};

@@ -2,14 +2,13 @@
 
 // The program lightmesh-tune as its users run it, and its report in a browser.
 
+#include "run_command.hpp"
 #include "temporary_folder.hpp"
 #include "tune/files.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,19 +17,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-struct Finished {
-    int status;
-    std::string output;
-    std::string errors;
-};
-
-/// Runs a command of the shell; what it prints lies in the folder while it runs.
-Finished run(const test::TemporaryFolder& folder, const std::string& command) {
-    const std::string output = (folder / "output.txt").string();
-    const std::string errors = (folder / "errors.txt").string();
-    const int ended = std::system(("{ " + command + " ; } >" + output + " 2>" + errors).c_str());
-    return {WIFEXITED(ended) ? WEXITSTATUS(ended) : -1, demo::read_file(output), demo::read_file(errors)};
-}
+using test::Finished;
+using test::run;
 
 /// Takes a second or so.
 std::string tune_command(const std::filesystem::path& output, const std::string& more = "--quality 2,3") {

@@ -21,9 +21,10 @@ namespace lightmesh {
 ///
 /// Called while a query runs, on the thread that runs it: so from as many threads at once as the user queries
 /// from, with no lock held. True if anything lies strictly between the two ends. The ends are off all
-/// surfaces already, so no epsilon is needed. A segment of length 0 is not blocked. The answer must depend on
-/// nothing but the segment. An exception leaves the query through `visibility`; nothing of the interrupted
-/// work is kept.
+/// surfaces already, so no epsilon is needed. Surfaces block from both sides: a segment that leads out of a
+/// solid is blocked as well as one that leads into it, since light points may lie anywhere. A segment of
+/// length 0 is not blocked. The answer must depend on nothing but the segment. An exception leaves the query
+/// through `visibility`; nothing of the interrupted work is kept.
 template <class T>
 concept Intersector = std::copy_constructible<T> && requires(const T& tracer, const Segment& segment) {
     { tracer.occluded(segment) } -> std::same_as<bool>;

@@ -13,8 +13,8 @@ namespace lightmesh {
 /// Where a ray tracer finds the distance of one texel: the first surface on origin + t * direction, t >= 0.
 /// The direction has length 1, so that t is the distance that is asked for.
 struct DepthRay {
-    glm::vec3 origin;
-    glm::vec3 direction;
+    glm::vec3 origin;     ///< world units
+    glm::vec3 direction;  ///< of length 1
 };
 
 /// One square picture that a `DepthRenderer` is asked for: what a light sees.
@@ -34,16 +34,17 @@ struct DepthView {
     glm::mat4 clip_from_world{1.0f};
     /// Rows, and texels in each row: 1..16384.
     int resolution = 1;
-    /// What is nearer throws no shadow, and what is farther neither. Measured along `forward`; finite, 0 <
-    /// z_near < z_far.
+    /// What is nearer throws no shadow. World units along `forward`; finite, greater than 0.
     float z_near = 1.0f;
+    /// What is farther throws no shadow. World units along `forward`; finite, greater than `z_near`.
     float z_far = 2.0f;
 
     /// Parallel rays (a directional light) instead of rays through the eye.
     bool orthographic = false;
-    /// From the middle of the picture to its right and lower edge: at distance 1 along `forward`, or anywhere
-    /// in an orthographic view. Perpendicular to each other and to `forward`.
+    /// From the middle of the picture to its right edge: at distance 1 along `forward`, or anywhere in an
+    /// orthographic view. World units; perpendicular to `down` and `forward`.
     glm::vec3 right{1.0f, 0.0f, 0.0f};
+    /// The same to its lower edge.
     glm::vec3 down{0.0f, 1.0f, 0.0f};
     /// Into the picture, of length 1; right, down and forward are right-handed.
     glm::vec3 forward{0.0f, 0.0f, 1.0f};

@@ -44,9 +44,13 @@ public:
         }
     }
 
+    /// r of equation (2), world units.
     float radius() const { return radius_; }
+    /// q: light points per radius.
     float quality() const { return quality_; }
+    /// h = r / q, world units.
     double step() const { return step_; }
+    /// The light point of index (0, 0, 0), world units.
     const glm::dvec3& origin() const { return origin_; }
 
     /// The light point of an index.
@@ -66,6 +70,7 @@ public:
         return place;
     }
 
+    /// The greatest q.
     static constexpr float max_quality = 16.0f;
 
 private:

@@ -59,8 +59,11 @@ public:
         : store_(std::make_unique<const Store>(std::move(tracer), lights, settings, std::move(source), lights,
                                                settings)) {}
 
+    /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return store_->lights().size(); }
+    /// Where the light points lie.
     const Grid& grid() const { return store_->grid(); }
+    /// As they were passed in.
     const Settings& settings() const { return store_->settings(); }
 
     /// S_i(P) of equation (3) for one light: how lit the point is, 0 in shadow to 1 lit. Throws
@@ -115,9 +118,11 @@ private:
     std::unique_ptr<const Store> store_;
 };
 
+/// Long tests by rays, lights from any contiguous range.
 template <class Tracer, class Lights>
 LightMesh(Tracer, const Lights&, Settings) -> LightMesh<Tracer>;
 
+/// Long tests by a `DepthRenderer` or by `Occluders`, whichever the source is.
 template <class Tracer, class Source, class Lights>
 LightMesh(Tracer, Source, const Lights&, Settings) -> LightMesh<Tracer, detail::LongTestFrom<Source>>;
 

@@ -10,7 +10,7 @@ namespace lightmesh {
 
 /// Shines from one point in all directions. World units.
 struct PointLight {
-    glm::vec3 position{0.0f};
+    glm::vec3 position{0.0f};  ///< finite
     /// Points farther away than this get S = 0 and cost no ray. Greater than 0; infinity: no limit.
     float range = std::numeric_limits<float>::infinity();
 };
@@ -24,7 +24,7 @@ struct DirectionalLight {
 /// Shines from one point into a cone. Points outside the cone get S = 0 and cost no ray; the soft fall-off
 /// towards its edge is the renderer's.
 struct SpotLight {
-    glm::vec3 position{0.0f};
+    glm::vec3 position{0.0f};  ///< finite
     /// The middle of the cone, from the light outwards; any length but 0.
     glm::vec3 axis{0.0f, 0.0f, -1.0f};
     /// Half the opening angle: from the axis to the edge, in radians, in (0, pi].

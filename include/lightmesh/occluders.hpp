@@ -86,6 +86,7 @@ consteval bool check_occluders() {
 /// A checked copy of the user's triangles, for the shadow volumes of any number of lights.
 class OccluderTriangles {
 public:
+    /// Three corners in world units.
     using Triangle = std::array<glm::vec3, 3>;
 
     /// Throws std::invalid_argument that names the triangle for a corner that is not finite,
@@ -106,8 +107,11 @@ public:
         }
     }
 
+    /// Number of triangles.
     std::size_t size() const { return triangles_.size(); }
+    /// Triangle i, i < size().
     const Triangle& operator[](std::size_t i) const { return triangles_[i]; }
+    /// Memory taken.
     std::size_t bytes() const { return sizeof *this + triangles_.capacity() * sizeof(Triangle); }
 
 private:

@@ -11,8 +11,8 @@ namespace lightmesh {
 /// lies strictly between them and adds no epsilon of its own. With a ray tracer that takes origin, direction
 /// and length: direction = target - origin, and blockers at 0 < t < 1.
 struct Segment {
-    glm::vec3 origin;
-    glm::vec3 target;
+    glm::vec3 origin;  ///< where it begins
+    glm::vec3 target;  ///< where it ends
 };
 
 }  // namespace lightmesh

@@ -25,6 +25,7 @@ struct Settings {
     float radius = 1.0f;
     /// q, the light points per radius: the grid's step is r / q. In [1, 16].
     float quality = 4.0f;
+    /// What keeps light and shadow from leaking through walls.
     ShortTest short_test = ShortTest::linked;
     /// One point of the grid, in world units; all others lie at origin + h * (i, j, k). NaN, the default,
     /// stands for an uneven fraction of the step in each axis, so that walls at round coordinates do not lie

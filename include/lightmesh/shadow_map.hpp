@@ -30,6 +30,7 @@ namespace lightmesh {
 template <class Renderer>
 class SharedDepthRenderer {
 public:
+    /// Takes a renderer over.
     explicit SharedDepthRenderer(Renderer renderer) : renderer_(std::move(renderer)) {}
 
     /// Calls use(renderer) while no other thread does.
@@ -88,6 +89,7 @@ class ShadowMap {
     static_assert(check_depth_renderer<Renderer>());
 
 public:
+    /// What several maps may share.
     using Shared = SharedDepthRenderer<Renderer>;
 
     /// Throws std::invalid_argument that names the value for a light or settings that are not finite or out

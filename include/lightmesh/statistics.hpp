@@ -12,9 +12,8 @@ struct MeshStatistics {
     std::size_t bricks = 0;        ///< blocks of 4x4x4 light points
     std::uint64_t long_tests = 0;  ///< V(L, x) computed: by rays, or looked up
     std::uint64_t long_rays = 0;   ///< rays of the Intersector spent on them
-    std::uint64_t link_rays =
-        0;                  ///< rays of the Intersector spent on links between neighbouring light points
-    std::size_t bytes = 0;  ///< all memory of the mesh but its adapters
+    std::uint64_t link_rays = 0;   ///< rays of the Intersector between neighbouring light points
+    std::size_t bytes = 0;         ///< all memory of the mesh but its adapters
 };
 
 /// What queries spent, for those that ask: pass a pointer to one, for each thread its own.
@@ -24,6 +23,7 @@ struct QueryStatistics {
     std::uint64_t shadow_rays = 0;   ///< rays from surface points to lights, for those without neighbours
     std::uint64_t empty_points = 0;  ///< surface points with m = 0 that needed such rays
 
+    /// Adds another thread's.
     QueryStatistics& operator+=(const QueryStatistics& other) {
         points += other.points;
         short_rays += other.short_rays;

@@ -21,26 +21,29 @@ enum class LongTest {
 
 /// One way to set up a light mesh, to be tried. Two candidates are the same if all members are equal.
 struct Candidate {
-    float radius = 1.0f;   ///< r, world units: as `Settings::radius`
-    float quality = 4.0f;  ///< q: as `Settings::quality`
-    ShortTest short_test = ShortTest::linked;
-    LongTest long_test = LongTest::rays;
+    float radius = 1.0f;                       ///< r, world units: as `Settings::radius`
+    float quality = 4.0f;                      ///< q: as `Settings::quality`
+    ShortTest short_test = ShortTest::linked;  ///< how V(P, x) is found
+    LongTest long_test = LongTest::rays;       ///< how V(L, x) is found
     int shadow_map_size = 0;  ///< texels to a side, for shadow maps; 0 for all other long tests
 
+    /// Equal in all members.
     bool operator==(const Candidate&) const = default;
 };
 
+/// Whether a map size matters.
 inline bool uses_shadow_maps(LongTest long_test) {
     return long_test == LongTest::shadow_maps || long_test == LongTest::refined_shadow_maps;
 }
 
 /// What a grid of candidates is made of: every combination of the members' values.
 struct Choices {
-    std::vector<float> radii;  ///< world units; `suggest_radii` has an idea
-    std::vector<float> qualities{2.0f, 3.0f, 4.0f, 6.0f};
+    std::vector<float> radii;                              ///< world units; `suggest_radii` has an idea
+    std::vector<float> qualities{2.0f, 3.0f, 4.0f, 6.0f};  ///< in [1, 16]
+    /// How V(P, x) may be found.
     std::vector<ShortTest> short_tests{ShortTest::none, ShortTest::linked, ShortTest::exact};
-    std::vector<LongTest> long_tests{LongTest::rays};
-    std::vector<int> shadow_map_sizes{512, 1024};  ///< only for shadow maps
+    std::vector<LongTest> long_tests{LongTest::rays};  ///< how V(L, x) may be found
+    std::vector<int> shadow_map_sizes{512, 1024};      ///< only for shadow maps
 };
 
 /// All combinations, radius by radius; within a radius the qualities rise.
@@ -67,6 +70,7 @@ inline Settings settings_of(const Candidate& candidate, Settings base = {}) {
     return base;
 }
 
+/// For people: "linked".
 inline const char* name_of(ShortTest short_test) {
     switch (short_test) {
     case ShortTest::none:
@@ -79,6 +83,7 @@ inline const char* name_of(ShortTest short_test) {
     return "exact";
 }
 
+/// For people: "shadow maps".
 inline const char* name_of(LongTest long_test) {
     switch (long_test) {
     case LongTest::rays:

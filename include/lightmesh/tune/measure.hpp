@@ -28,8 +28,8 @@ namespace lightmesh::tune {
 /// neighbours share them: by as much as is counted in empty space with `Samples::frame_points`, at a q of 2
 /// at most; without these as max * n / (n + half), which is fitted to a half and all of the samples.
 struct FrameEstimate {
-    double light_points = 0.0;
-    double bytes = 0.0;
+    double light_points = 0.0;  ///< that the mesh holds
+    double bytes = 0.0;         ///< mesh and shadow maps
     double cold_seconds = 0.0;  ///< the first frame, which fills the mesh
     double warm_seconds = 0.0;  ///< a frame that finds all it needs in the mesh
 };
@@ -37,7 +37,7 @@ struct FrameEstimate {
 /// What a candidate costs and how well it does. Times are of one thread, but that a `DepthRenderer` may use
 /// more.
 struct Measurement {
-    Candidate candidate;
+    Candidate candidate;                ///< what was measured
     std::size_t points = 0;             ///< surface points queried, each once in each pass
     std::size_t points_per_frame = 0;   ///< as the samples had it
     double cold_ns_per_point = 0.0;     ///< from an empty mesh, all that fills it included
@@ -46,14 +46,14 @@ struct Measurement {
     double short_rays_per_point = 0.0;  ///< to light points, and to lights where a point sees none of them
     std::uint64_t long_rays = 0;        ///< for V(L, x), all samples together
     std::uint64_t link_rays = 0;        ///< for links between light points, all samples together
-    std::size_t light_points = 0;
-    std::size_t bytes = 0;
+    std::size_t light_points = 0;       ///< that the mesh holds in the end
+    std::size_t bytes = 0;              ///< of the mesh in the end
     /// Mean absolute difference of S to the reference of the same radius, over pairs of a point and a light
     /// that can reach it.
     double mean_absolute_error = 0.0;
     double rms_error = 0.0;  ///< root mean square of the same
-    Convergence reference;
-    FrameEstimate frame;
+    Convergence reference;   ///< what the errors are held against
+    FrameEstimate frame;     ///< the same for a whole frame
 };
 
 namespace detail {

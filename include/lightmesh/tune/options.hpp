@@ -19,7 +19,7 @@ struct Measurement;
 
 /// Who does work that is not timed. The default does it one by one, on the calling thread.
 struct Executor {
-    std::size_t threads = 1;
+    std::size_t threads = 1;  ///< that `for_each` spreads its work over: for predictions
     /// Calls work(i) once for each i < count, in any order, on any threads, and returns when all is done. It
     /// must pass on an exception of the work.
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& work)> for_each =
@@ -29,6 +29,7 @@ struct Executor {
         };
 };
 
+/// How to measure.
 struct Options {
     /// What candidates leave open: `Settings::origin` and `Settings::scene_bounds`.
     Settings base;

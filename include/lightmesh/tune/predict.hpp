@@ -24,10 +24,10 @@ namespace lightmesh::tune {
 /// What measuring a candidate is expected to take, within a factor of about two: for a progress bar, and for
 /// deciding whether to start at all.
 struct Prediction {
-    Candidate candidate;
+    Candidate candidate;        ///< what is going to be measured
     double light_points = 0.0;  ///< an upper bound for `linked`, which leaves out what is behind walls
     double bytes = 0.0;         ///< while it is measured; everything is freed afterwards
-    double seconds = 0.0;
+    double seconds = 0.0;       ///< to measure it
 };
 
 /// What a run is expected to take.

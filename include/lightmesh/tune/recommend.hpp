@@ -24,11 +24,14 @@ enum class Frame {
 
 /// What a user can afford and wants. All limits are inclusive; infinity stands for none.
 struct Wishes {
+    /// For all lights, on one thread.
     double ns_per_point = std::numeric_limits<double>::infinity();
+    /// Wall-clock time of all shadows of a frame.
     double seconds_per_frame = std::numeric_limits<double>::infinity();
+    /// Of S, to a converged mesh of the same radius.
     double mean_absolute_error = std::numeric_limits<double>::infinity();
     double bytes = std::numeric_limits<double>::infinity();  ///< of a whole frame
-    Frame frame = Frame::first;
+    Frame frame = Frame::first;                              ///< that the limits of time are for
     /// Threads that the user's renderer shares a frame among: `seconds_per_frame` is wall-clock time, shared
     /// evenly; `ns_per_point` stays that of one thread.
     double threads = 1.0;

@@ -115,8 +115,11 @@ public:
             lightmesh::detail::check_light(lights_[i], "light " + std::to_string(i));
     }
 
+    /// The user's tracer.
     const Tracer& tracer() const { return tracer_; }
+    /// The user's lights.
     const std::vector<Light>& lights() const { return lights_; }
+    /// The user's shading points, `points_per_frame` filled in.
     const Samples& samples() const { return samples_; }
 
     /// Throws std::invalid_argument that names the candidate if its settings are out of range, or if it wants
