@@ -2,7 +2,7 @@
 #include "random_scene.hpp"
 
 #include <lightmesh/depth_renderer.hpp>
-#include <lightmesh/shadow_map_views.hpp>
+#include <lightmesh/detail/shadow_map_views.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

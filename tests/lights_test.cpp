@@ -2,8 +2,8 @@
 #include "plain.hpp"
 #include "random_scene.hpp"
 
+#include <lightmesh/detail/light_order.hpp>
 #include <lightmesh/light_mesh.hpp>
-#include <lightmesh/light_order.hpp>
 #include <lightmesh/lights.hpp>
 
 #include <doctest/doctest.h>

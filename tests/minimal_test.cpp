@@ -2,6 +2,7 @@
 
 // examples/minimal/, run as its readers would.
 
+#include "render/files.hpp"
 #include "run_command.hpp"
 
 #include <doctest/doctest.h>
@@ -13,7 +14,7 @@ TEST_CASE("the minimal example draws a floor with soft shadows") {
     const test::TemporaryFolder folder;
     const test::Finished ran = test::run(folder, "cd " + (folder / "").string() + " && " LIGHTMESH_MINIMAL);
     REQUIRE(ran.status == 0);
-    const std::string picture = test::content_of(folder / "minimal.ppm");
+    const std::string picture = demo::read_file(folder / "minimal.ppm");
     const std::string head = "P6\n640 400\n255\n";
     REQUIRE(picture.size() == head.size() + std::size_t{3} * 640 * 400);
     CHECK(picture.starts_with(head));

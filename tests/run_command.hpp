@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "render/files.hpp"
 #include "temporary_folder.hpp"
 
 #include <sys/wait.h>
 
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 /// Programs run as their users run them.
@@ -21,17 +19,12 @@ struct Finished {
     std::string errors;
 };
 
-inline std::string content_of(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// Runs a command of the shell; what it prints lies in the folder while it runs.
 inline Finished run(const TemporaryFolder& folder, const std::string& command) {
     const std::string output = (folder / "output.txt").string();
     const std::string errors = (folder / "errors.txt").string();
     const int ended = std::system(("{ " + command + " ; } >" + output + " 2>" + errors).c_str());
-    return {WIFEXITED(ended) ? WEXITSTATUS(ended) : -1, content_of(output), content_of(errors)};
+    return {WIFEXITED(ended) ? WEXITSTATUS(ended) : -1, demo::read_file(output), demo::read_file(errors)};
 }
 
 }  // namespace test

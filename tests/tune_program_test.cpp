@@ -2,9 +2,9 @@
 
 // The program lightmesh-tune as its users run it, and its report in a browser.
 
+#include "render/files.hpp"
 #include "run_command.hpp"
 #include "temporary_folder.hpp"
-#include "tune/files.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "render/commands.hpp"
+#include "render/files.hpp"
 #include "render/options.hpp"
 #include "render/run.hpp"
 #include "render/text_table.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 #include <memory>
-#include <stdexcept>
 
 namespace demo {
 
@@ -56,14 +55,6 @@ std::string comparison_table(const std::vector<Run>& runs, const Run& reference,
            reference.algorithm + "\n" + table.text();
 }
 
-void write_text(const std::string& text, const std::filesystem::path& file) {
-    std::ofstream stream(file);
-    stream << text;
-    stream.close();
-    if (!stream)
-        throw std::runtime_error("cannot write " + file.string());
-}
-
 std::string caption_of(const Run& made, const Run& reference) {
     return made.algorithm + ": " + fixed(made.seconds(), 2) + " s, shadows " +
            fixed(made.statistics.visibility.seconds, 2) + " s of all threads\ndifference to " +
@@ -94,7 +85,7 @@ void write_comparison(const std::vector<Run>& runs, const Run& reference, const 
 }
 
 int compare(const CompareOptions& options) {
-    const Scene scene = load_scene(options);
+    const Scene scene = load_scene(options.scene, options.lights);
     const EmbreeScene embree(scene);
     prepare_folder(options.output);
     const VisibilityOptions visibility = visibility_options(options, scene);
@@ -112,7 +103,7 @@ int compare(const CompareOptions& options) {
     const Run& reference = *std::ranges::find(runs, options.reference, &Run::algorithm);
     write_comparison(runs, reference, options);
     const std::string table = comparison_table(runs, reference, embree);
-    write_text(table, std::filesystem::path(options.output) / "table.txt");
+    write_file(std::filesystem::path(options.output) / "table.txt", table);
     std::cout << table << "pictures: " << options.output << "/sheet.png, differences.png and one by one\n";
     return 0;
 }

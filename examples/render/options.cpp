@@ -6,9 +6,6 @@
 
 namespace demo {
 
-namespace {
-
-/// CLI11's own lets NaN pass.
 const CLI::Validator finite_positive(
     [](const std::string& text) {
         float value = 0.0f;
@@ -16,6 +13,8 @@ const CLI::Validator finite_positive(
         return fits ? std::string() : text + " is not a finite number above 0";
     },
     "POSITIVE");
+
+namespace {
 
 lightmesh::ShortTest short_test_named(const std::string& name) {
     if (name == "none")
@@ -79,10 +78,10 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
                      "let rays decide where a shadow map cannot");
 }
 
-Scene load_scene(const CommonOptions& options) {
-    Scene scene = load_scene(options.scene);
-    if (options.lights > 0)
-        spread_lights(scene, options.lights);
+Scene load_scene(const std::string& name_or_file, std::size_t lights) {
+    Scene scene = load_scene(name_or_file);
+    if (lights > 0)
+        spread_lights(scene, lights);
     for (const std::string& remark : scene.remarks)
         std::cout << "note: " << remark << '\n';
     return scene;

@@ -14,6 +14,12 @@
 
 namespace demo {
 
+/// CLI11's own lets NaN pass.
+extern const CLI::Validator finite_positive;
+
+/// Loads a scene, with its remarks on the screen, and spreads so many lights over it; 0 keeps its own.
+Scene load_scene(const std::string& scene, std::size_t lights);
+
 /// What all commands of `lightmesh-render` take.
 struct CommonOptions {
     std::string scene;
@@ -32,9 +38,6 @@ void add_render_options(CLI::App& command, CommonOptions& options);
 void add_scene_options(CLI::App& command, CommonOptions& options);
 /// The names of all algorithms.
 std::vector<std::string> algorithm_names();
-
-/// Loads the scene with its remarks on the screen, and spreads the lights over it that the options ask for.
-Scene load_scene(const CommonOptions& options);
 
 /// The options with what they leave to the scene.
 VisibilityOptions visibility_options(const CommonOptions& options, const Scene& scene);

@@ -22,7 +22,7 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
 }
 
 int make_picture(const PictureOptions& options) {
-    const Scene scene = load_scene(options);
+    const Scene scene = load_scene(options.scene, options.lights);
     const EmbreeScene embree(scene);
     const std::filesystem::path output = options.output.empty() ? scene.name + ".png" : options.output;
     prepare_folder(folder_of(output));

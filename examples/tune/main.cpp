@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "render/commands.hpp"
+#include "render/files.hpp"
+#include "render/options.hpp"
 #include "render/run.hpp"
 #include "render/terminal.hpp"
-#include "tune/files.hpp"
 #include "tune/options.hpp"
 #include "tune/pictures.hpp"
 #include "tune/report.hpp"
@@ -23,15 +24,6 @@ namespace {
 
 using namespace demo;
 
-Scene prepared_scene(const TuneOptions& options) {
-    Scene scene = load_scene(options.scene);
-    if (options.lights > 0)
-        spread_lights(scene, options.lights);
-    for (const std::string& remark : scene.remarks)
-        std::cout << "note: " << remark << '\n';
-    return scene;
-}
-
 void print_recommendation(const Report& report) {
     const lightmesh::tune::Recommendation& recommended = report.recommended;
     if (recommended.choice)
@@ -41,7 +33,7 @@ void print_recommendation(const Report& report) {
 
 /// The program's exit status.
 int tune_and_report(const TuneOptions& options) {
-    const Scene scene = prepared_scene(options);
+    const Scene scene = load_scene(options.scene, options.lights);
     const std::filesystem::path folder = options.output.empty() ? "tune-" + scene.name : options.output;
     const std::filesystem::path json_file = folder / "report.json";
     if (options.resume && !std::filesystem::exists(json_file))

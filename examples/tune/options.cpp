@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tune/options.hpp"
 
+#include "render/options.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -49,15 +51,6 @@ std::pair<double, std::string> number_and_unit(const std::string& text) {
     const double number = std::stod(text, &end);
     return {number, text.substr(end)};
 }
-
-/// CLI11's own lets NaN pass.
-const CLI::Validator finite_positive(
-    [](const std::string& text) {
-        float value = 0.0f;
-        const bool fits = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > 0.0f;
-        return fits ? std::string() : text + " is not a finite number above 0";
-    },
-    "POSITIVE");
 
 /// Runs `read`; what it throws becomes CLI11's own error.
 template <class Read>

@@ -2,9 +2,9 @@
 #include "tune/pictures.hpp"
 
 #include "image/image.hpp"
+#include "render/files.hpp"
 #include "render/run.hpp"
 #include "render/terminal.hpp"
-#include "tune/files.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tune/report.hpp"
 
+#include "render/machine.hpp"
 #include "render/text_table.hpp"
-#include "tune/machine.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tune/files.hpp"
+#include "render/files.hpp"
 #include "tune/report.hpp"
 
 #include <nlohmann/json.hpp>

@@ -2,10 +2,10 @@
 #include "tune/tuning.hpp"
 
 #include "render/depth_renderers.hpp"
+#include "render/machine.hpp"
 #include "render/scene_occluders.hpp"
 #include "render/terminal.hpp"
 #include "render/text_table.hpp"
-#include "tune/machine.hpp"
 #include "tune/plot.hpp"
 
 #include <tbb/parallel_for.h>

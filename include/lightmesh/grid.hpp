@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/settings.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/vec3.hpp>
 

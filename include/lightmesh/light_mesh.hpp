@@ -2,16 +2,16 @@
 #pragma once
 
 #include <lightmesh/concepts.hpp>
+#include <lightmesh/detail/kernels/kernels.hpp>
+#include <lightmesh/detail/long_test.hpp>
+#include <lightmesh/detail/query.hpp>
+#include <lightmesh/detail/query_many.hpp>
+#include <lightmesh/detail/visibility_store.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/kernels/kernels.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/long_test.hpp>
 #include <lightmesh/long_test_source.hpp>
-#include <lightmesh/query.hpp>
-#include <lightmesh/query_many.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
-#include <lightmesh/visibility_store.hpp>
 
 #include <glm/vec3.hpp>
 

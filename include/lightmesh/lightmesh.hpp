@@ -1,6 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// All of the library but `tune.hpp`. A newcomer reads, in this order:
+///
+/// 1. the class that users meet: `light_mesh.hpp`, with `lights.hpp` and `settings.hpp`;
+/// 2. what a ray tracer must do: `concepts.hpp`; and what it may do beyond that, for shadow maps and shadow
+///    volumes: `depth_renderer.hpp` and `occluders.hpp`;
+/// 3. how a query works: `detail/query.hpp`, then `detail/hemisphere.hpp` (the neighbours of equation (2)),
+///    `detail/neighbours.hpp` and `detail/kernels/portable.hpp` (the sum of equation (3));
+/// 4. what is stored: `detail/visibility_store.hpp`, `detail/brick.hpp` and `detail/brick_map.hpp`;
+/// 5. the linked short test: `detail/links.hpp`, `detail/reach.hpp` and `detail/reach_search.hpp`;
+/// 6. long tests: `detail/long_test.hpp`, `shadow_map.hpp` and `shadow_volume.hpp`.
+///
+/// What lies in `detail/`, as in namespace `detail`, may change at any time.
+
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/concepts.hpp>
 #include <lightmesh/depth_renderer.hpp>

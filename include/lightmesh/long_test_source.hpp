@@ -2,10 +2,10 @@
 #pragma once
 
 #include <lightmesh/depth_renderer.hpp>
-#include <lightmesh/long_test.hpp>
-#include <lightmesh/map_long_test.hpp>
+#include <lightmesh/detail/long_test.hpp>
+#include <lightmesh/detail/map_long_test.hpp>
+#include <lightmesh/detail/volume_long_test.hpp>
 #include <lightmesh/occluders.hpp>
-#include <lightmesh/volume_long_test.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
-#include <lightmesh/vectors.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/vectors.hpp>
 
 #include <glm/vec3.hpp>
 

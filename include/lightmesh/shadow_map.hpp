@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
 #include <lightmesh/depth_renderer.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/shadow_map_views.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/shadow_map_views.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
-#include <lightmesh/check_light.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/check_light.hpp>
+#include <lightmesh/detail/shadow_map_views.hpp>
+#include <lightmesh/detail/shadow_volume_grid.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/occluders.hpp>
-#include <lightmesh/shadow_map_views.hpp>
-#include <lightmesh/shadow_volume_grid.hpp>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

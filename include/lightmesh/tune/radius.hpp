@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/light_table.hpp>
+#include <lightmesh/detail/ray_ends.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/light_table.hpp>
-#include <lightmesh/ray_ends.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/tune/subject.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

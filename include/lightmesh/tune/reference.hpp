@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/detail/light_table.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/grid.hpp>
 #include <lightmesh/light_mesh.hpp>
-#include <lightmesh/light_table.hpp>
 #include <lightmesh/tune/options.hpp>
 #include <lightmesh/tune/subject.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/vec3.hpp>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
 #include <lightmesh/concepts.hpp>
 #include <lightmesh/depth_renderer.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/grid.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/occluders.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/watch.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/vec3.hpp>
 

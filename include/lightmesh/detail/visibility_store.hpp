@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/brick_map.hpp>
 #include <lightmesh/concepts.hpp>
+#include <lightmesh/detail/brick_map.hpp>
+#include <lightmesh/detail/light_table.hpp>
+#include <lightmesh/detail/long_test.hpp>
+#include <lightmesh/detail/reach_search.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/light_table.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/long_test.hpp>
-#include <lightmesh/reach_search.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/brick.hpp>
-#include <lightmesh/hemisphere.hpp>
-#include <lightmesh/light_order.hpp>
-#include <lightmesh/light_table.hpp>
-#include <lightmesh/neighbours.hpp>
-#include <lightmesh/ray_ends.hpp>
-#include <lightmesh/reach.hpp>
-#include <lightmesh/seeds.hpp>
+#include <lightmesh/detail/brick.hpp>
+#include <lightmesh/detail/hemisphere.hpp>
+#include <lightmesh/detail/light_order.hpp>
+#include <lightmesh/detail/light_table.hpp>
+#include <lightmesh/detail/neighbours.hpp>
+#include <lightmesh/detail/ray_ends.hpp>
+#include <lightmesh/detail/reach.hpp>
+#include <lightmesh/detail/seeds.hpp>
+#include <lightmesh/detail/trace.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
-#include <lightmesh/trace.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/vec3.hpp>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "tune/machine.hpp"
+#include "render/machine.hpp"
 
 #include "adapters/embree_intersector.hpp"
 
-#include <lightmesh/kernels/kernels.hpp>
+#include <lightmesh/detail/kernels/kernels.hpp>
 
 #include <unistd.h>
 
@@ -47,7 +47,7 @@ std::string kernel() {
 
 std::vector<std::pair<std::string, std::string>> describe_machine() {
     return {{"processor", processor()}, {"cores", std::to_string(std::thread::hardware_concurrency())},
-            {"compiler", compiler()},   {"flags", LIGHTMESH_TUNE_FLAGS},
+            {"compiler", compiler()},   {"flags", LIGHTMESH_FLAGS},
             {"kernel", kernel()},       {"Embree", RTC_VERSION_STRING}};
 }
 

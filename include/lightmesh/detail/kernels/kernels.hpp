@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/kernels/avx2.hpp>
-#include <lightmesh/kernels/avx512.hpp>
-#include <lightmesh/kernels/portable.hpp>
+#include <lightmesh/detail/kernels/avx2.hpp>
+#include <lightmesh/detail/kernels/avx512.hpp>
+#include <lightmesh/detail/kernels/portable.hpp>
 
 namespace lightmesh::detail {
 

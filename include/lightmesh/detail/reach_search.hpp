@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/brick_map.hpp>
+#include <lightmesh/detail/brick_map.hpp>
+#include <lightmesh/detail/links.hpp>
+#include <lightmesh/detail/reach.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/links.hpp>
-#include <lightmesh/reach.hpp>
 
 #include <glm/vec3.hpp>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/hemisphere.hpp>
-#include <lightmesh/light_table.hpp>
-#include <lightmesh/reach.hpp>
+#include <lightmesh/detail/hemisphere.hpp>
+#include <lightmesh/detail/light_table.hpp>
+#include <lightmesh/detail/reach.hpp>
 
 #include <glm/vec3.hpp>
 

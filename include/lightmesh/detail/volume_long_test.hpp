@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/long_test.hpp>
+#include <lightmesh/detail/trace.hpp>
 #include <lightmesh/grid.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/long_test.hpp>
 #include <lightmesh/occluders.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadow_volume.hpp>
-#include <lightmesh/trace.hpp>
 
 #include <glm/vec3.hpp>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/kernels/portable.hpp>
+#include <lightmesh/detail/kernels/portable.hpp>
 
 #if defined(__AVX2__)
 

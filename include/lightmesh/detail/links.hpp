@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/brick.hpp>
 #include <lightmesh/concepts.hpp>
+#include <lightmesh/detail/brick.hpp>
+#include <lightmesh/detail/trace.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/trace.hpp>
 
 #include <glm/vec3.hpp>
 

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <lightmesh/bounds.hpp>
-#include <lightmesh/check.hpp>
-#include <lightmesh/check_light.hpp>
 #include <lightmesh/depth_view.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/check_light.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>

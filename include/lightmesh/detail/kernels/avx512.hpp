@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/kernels/portable.hpp>
+#include <lightmesh/detail/kernels/portable.hpp>
 
 #if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512DQ__) && defined(__AVX512VL__) &&       \
     defined(__AVX512BITALG__)

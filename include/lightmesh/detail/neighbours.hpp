@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/brick_map.hpp>
+#include <lightmesh/detail/brick_map.hpp>
+#include <lightmesh/detail/hemisphere.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/hemisphere.hpp>
 
 #include <glm/vec3.hpp>
 

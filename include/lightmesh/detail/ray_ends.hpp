@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/vectors.hpp>
+#include <lightmesh/detail/vectors.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>

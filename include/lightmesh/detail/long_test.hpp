@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/light_table.hpp>
+#include <lightmesh/detail/light_table.hpp>
+#include <lightmesh/detail/ray_ends.hpp>
+#include <lightmesh/detail/trace.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/ray_ends.hpp>
-#include <lightmesh/trace.hpp>
 
 #include <glm/vec3.hpp>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/vec3.hpp>
 

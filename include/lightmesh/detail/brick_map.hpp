@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/arena.hpp>
-#include <lightmesh/brick.hpp>
+#include <lightmesh/detail/arena.hpp>
+#include <lightmesh/detail/brick.hpp>
 
 #include <glm/vec3.hpp>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
-#include <lightmesh/check_light.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/check_light.hpp>
+#include <lightmesh/detail/light_order.hpp>
+#include <lightmesh/detail/ray_ends.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/light_order.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/ray_ends.hpp>
 #include <lightmesh/segment.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

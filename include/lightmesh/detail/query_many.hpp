@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/hemisphere.hpp>
-#include <lightmesh/neighbours.hpp>
-#include <lightmesh/query.hpp>
+#include <lightmesh/detail/hemisphere.hpp>
+#include <lightmesh/detail/neighbours.hpp>
+#include <lightmesh/detail/query.hpp>
+#include <lightmesh/detail/trace.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
-#include <lightmesh/trace.hpp>
 
 #include <glm/vec3.hpp>
 

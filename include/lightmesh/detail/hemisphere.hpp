@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/detail/kernels/portable.hpp>
+#include <lightmesh/detail/vectors.hpp>
 #include <lightmesh/grid.hpp>
-#include <lightmesh/kernels/portable.hpp>
-#include <lightmesh/vectors.hpp>
 
 #include <glm/vec3.hpp>
 

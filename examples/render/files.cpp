@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tune/files.hpp"
+#include "render/files.hpp"
 
 #include <fstream>
 #include <sstream>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/check.hpp>
 #include <lightmesh/depth_renderer.hpp>
+#include <lightmesh/detail/check.hpp>
+#include <lightmesh/detail/long_test.hpp>
 #include <lightmesh/grid.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/long_test.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadow_map.hpp>
 

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+
+// The program lightmesh-render as its users run it.
+
+#include "image/image.hpp"
+#include "render/files.hpp"
+#include "run_command.hpp"
+#include "temporary_folder.hpp"
+
+#include <doctest/doctest.h>
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+namespace {
+
+using test::Finished;
+using test::TemporaryFolder;
+
+const std::string tiny = " --width 48 --height 36 --depth embree --map-size 64 --threads 2 ";
+const std::string tiny_tables = " --width 24 --height 18 --depth embree --threads 2 ";
+
+Finished render(const TemporaryFolder& folder, const std::string& arguments) {
+    return test::run(folder, LIGHTMESH_RENDER " " + arguments);
+}
+
+/// One line that holds `part`, a status that is not 0, and nothing left in the folder.
+void check_refused(const std::string& arguments, const std::string& part) {
+    CAPTURE(arguments);
+    const TemporaryFolder folder;
+    const TemporaryFolder working;
+    const Finished ran =
+        test::run(folder, "cd " + (working / "").string() + " && " LIGHTMESH_RENDER " " + arguments);
+    CHECK(ran.status > 0);
+    CHECK(std::ranges::count(ran.errors, '\n') == 1);
+    CHECK(ran.errors.starts_with("lightmesh-render: "));
+    CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
+    CHECK(working.file_count() == 0);
+}
+
+const std::string triangle_obj = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 3\nf 1 2 3\nf 1 2 4\n";
+
+}  // namespace
+
+TEST_CASE("lightmesh-render picture: a picture, its linear values and a table") {
+    const TemporaryFolder folder;
+    const Finished ran = render(folder, "picture spheres" + tiny + "-o " + (folder / "p.png").string() +
+                                            " --exr " + (folder / "p.exr").string());
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.errors.empty());
+    for (const char* row : {"triangles", "2,028", "surface points", "light points", "long rays", "link rays",
+                            "ns per point and light", "seconds: BVH"})
+        CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
+    const demo::Image png = demo::read_png(folder / "p.png");
+    const demo::Image exr = demo::read_exr(folder / "p.exr");
+    CHECK(png.width == 48);
+    CHECK(png.height == 36);
+    CHECK(demo::mean_absolute_difference(png, exr) < 0.01);
+}
+
+TEST_CASE("lightmesh-render picture: each algorithm there is") {
+    const TemporaryFolder folder;
+    for (const std::string algorithm :
+         {"whitted", "area", "shadow-map", "shadow-volume", "lmm", "linked", "express", "lmm+map",
+          "linked+map", "express+map", "lmm+volume", "linked+volume", "express+volume"}) {
+        CAPTURE(algorithm);
+        const Finished ran = render(folder, "picture spheres -a " + algorithm + tiny + "-o " +
+                                                (folder / (algorithm + ".png")).string());
+        CHECK_MESSAGE(ran.status == 0, ran.errors);
+        const demo::Image picture = demo::read_png(folder / (algorithm + ".png"));
+        CHECK(demo::mean_absolute_difference(picture, demo::read_png(folder / "whitted.png")) < 0.03);
+    }
+}
+
+TEST_CASE("lightmesh-render compare: pictures, differences, sheets and a table") {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = folder / "made/by/it";
+    const Finished ran =
+        render(folder, "compare rooms --algorithms whitted,lmm,express --reference lmm --exr" + tiny + "-o " +
+                           out.string());
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    for (const char* file :
+         {"whitted.png", "lmm.png", "express.png", "whitted-difference.png", "express-difference.png",
+          "sheet.png", "differences.png", "whitted.exr", "table.txt"})
+        CHECK_MESSAGE(std::filesystem::exists(out / file), file);
+    CHECK_FALSE(std::filesystem::exists(out / "lmm-difference.png"));
+    CHECK(demo::read_png(out / "sheet.png").width > 3 * 48);
+    const std::string table = demo::read_file(out / "table.txt");
+    CHECK(ran.output.find(table) != std::string::npos);
+    CHECK(table.find("97,538 triangles, 36 lights") != std::string::npos);
+    // Where the difference picture is white, the pictures are equal.
+    const demo::Image lmm = demo::read_png(out / "lmm.png");
+    const demo::Image express = demo::read_png(out / "express.png");
+    const demo::Image difference = demo::read_png(out / "express-difference.png");
+    for (std::size_t i = 0; i < lmm.pixels.size(); ++i)
+        if (difference.pixels[i] == glm::vec3(1.0f))
+            CHECK(glm::all(glm::lessThan(glm::abs(lmm.pixels[i] - express.pixels[i]), glm::vec3(0.02f))));
+}
+
+TEST_CASE("lightmesh-render tables: a table of the paper") {
+    const TemporaryFolder folder;
+    const Finished ran = render(folder, "tables spheres --area-samples 2" + tiny_tables);
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    for (const char* part : {"spheres, q=6", "r=5.5, map 512", "LMM+ATK", "Express LMM+ATK", "LMM+ATO",
+                             "Linked LMM", "Whitted (hard)", "area lights", "(42.6)"})
+        CHECK_MESSAGE(ran.output.find(part) != std::string::npos, part);
+}
+
+TEST_CASE("lightmesh-render: scenes from files, their lights and cameras") {
+    const TemporaryFolder folder;
+    folder.write("matt.mtl", "newmtl red\nKd 0.8 0.1 0.1\n");
+    const auto obj = folder.write("scene.obj", "mtllib matt.mtl\nusemtl red\n" + triangle_obj);
+    const auto ply = folder.write("scene.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                                               "property float y\nproperty float z\nelement face 2\n"
+                                               "property list uchar int vertex_indices\nend_header\n"
+                                               "0 0 0\n4 0 0\n0 4 0\n0 0 3\n3 0 1 2\n3 0 1 3\n");
+    for (const auto& file : {obj, ply}) {
+        CAPTURE(file.string());
+        const Finished ran =
+            render(folder, "picture " + file.string() + tiny + "-o " + (folder / "p.png").string());
+        CHECK_MESSAGE(ran.status == 0, ran.errors);
+        CHECK(ran.output.find("note: ") != std::string::npos);  // It has no lights and no camera.
+    }
+    const Finished many =
+        render(folder, "picture " + obj.string() + tiny + "--lights 70 -o " + (folder / "m.png").string());
+    CHECK_MESSAGE(many.status == 0, many.errors);
+    CHECK(many.output.find("70") != std::string::npos);
+}
+
+TEST_CASE("lightmesh-render: bad input gets one line, and leaves nothing behind") {
+    const TemporaryFolder folder;
+    const std::string nan = folder.write("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 4 0\nf 1 2 3\n").string();
+    const std::string empty = folder.write("empty.obj", "# nothing\n").string();
+    const std::string points = folder.write("points.obj", "v 0 0 0\nv 1 0 0\n").string();
+    const std::string format = folder.write("scene.xyz", "1 2 3\n").string();
+    const std::string file = folder.write("a_file", "").string();
+    check_refused("picture", "scene");
+    check_refused("picture no_such_scene", "no_such_scene");
+    check_refused("picture no_such_file.obj", "no_such_file.obj");
+    check_refused("picture " + nan, "nan.obj");
+    check_refused("picture " + empty, "empty.obj");
+    check_refused("picture " + points, "points.obj");
+    check_refused("picture " + format, "scene.xyz");
+    check_refused("picture spheres --radius 0", "radius");
+    check_refused("picture spheres --radius nan", "radius");
+    check_refused("picture spheres --quality 17", "quality");
+    check_refused("picture spheres --quality 0.5", "quality");
+    check_refused("picture spheres --lights 0", "lights");
+    check_refused("picture spheres --lights -3", "lights");
+    check_refused("picture spheres --map-size 0", "map-size");
+    check_refused("picture spheres --width 0", "width");
+    check_refused("picture spheres --samples 0", "samples");
+    check_refused("picture spheres --short-test maybe", "short-test");
+    check_refused("picture spheres --algorithm radiosity", "radiosity");
+    check_refused("picture spheres --no-such-option", "no-such-option");
+    check_refused("picture spheres" + tiny + "-o picture.bmp", "picture.bmp");
+    check_refused("picture spheres" + tiny + "-o " + file + "/p.png", file);
+    check_refused("compare spheres" + tiny + "-o " + file + "/out", file);
+    check_refused("compare spheres -o out --algorithms whitted,radiosity", "radiosity");
+    check_refused("tables --depth nothing", "depth");
+    check_refused("", "subcommand");
+}
+
+TEST_CASE("lightmesh-render: a device that is not there is named, and so are those that are") {
+    const TemporaryFolder folder;
+    const Finished ran = render(folder, "picture spheres -a linked+map --device no_such_device");
+    CHECK(ran.status == 1);
+    CHECK(
+        ran.errors.starts_with("lightmesh-render: Vulkan: no device \"no_such_device\"; there are:\n  0: "));
+}

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+
+// The renderer: pictures of the built-in scenes against stored ones, and what a picture must not depend on.
+
+#include "image/image.hpp"
+#include "render/embree_scene.hpp"
+#include "render/renderer.hpp"
+#include "render/shading.hpp"
+#include "render/visibility.hpp"
+#include "scene/scene.hpp"
+
+#include <doctest/doctest.h>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+namespace {
+
+using demo::Image;
+
+/// A scene with its BVH.
+struct Stage {
+    explicit Stage(const std::string& name) : scene(demo::load_scene(name)), embree(scene) {}
+
+    demo::Scene scene;
+    demo::EmbreeScene embree;
+};
+
+demo::RenderOptions small_picture() {
+    demo::RenderOptions options;
+    options.width = 160;
+    options.height = 120;
+    return options;
+}
+
+std::unique_ptr<demo::Visibility> visibility_in(const Stage& stage, const std::string& algorithm) {
+    demo::VisibilityOptions options;
+    options.settings.radius = stage.scene.radius;
+    options.settings.quality = stage.scene.quality;
+    options.settings.short_test = lightmesh::ShortTest::exact;
+    options.settings.shadow_map_size = 256;
+    options.depth = demo::DepthSource::embree;
+    return demo::make_visibility(algorithm, stage.embree, options);
+}
+
+Image picture_of(const Stage& stage, const std::string& algorithm, const demo::RenderOptions& options) {
+    demo::RenderStatistics statistics;
+    return demo::render(stage.embree, *visibility_in(stage, algorithm), options, statistics);
+}
+
+/// The share of pixels with a channel that differs by more than 0.05.
+double share_of_other_pixels(const Image& a, const Image& b) {
+    std::size_t other = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+        const glm::vec3 difference = glm::abs(a.pixels[i] - b.pixels[i]);
+        if (std::max({difference.x, difference.y, difference.z}) > 0.05f)
+            ++other;
+    }
+    return static_cast<double>(other) / static_cast<double>(a.pixels.size());
+}
+
+Image as_stored(Image image) {
+    for (glm::vec3& pixel : image.pixels)
+        for (int c = 0; c < 3; ++c)
+            pixel[c] = demo::from_srgb(std::round(demo::to_srgb(pixel[c]) * 255.0f) / 255.0f);
+    return image;
+}
+
+}  // namespace
+
+// With LIGHTMESH_RENEW_PICTURES set in the environment, the pictures are written instead. Look at them then.
+TEST_CASE("pictures of the built-in scenes are the stored ones") {
+    for (const std::string scene : {"park", "spheres", "rooms"}) {
+        const Stage stage(scene);
+        for (const std::string algorithm : {"whitted", "lmm", "linked", "express", "linked+map"}) {
+            CAPTURE(scene);
+            CAPTURE(algorithm);
+            const std::filesystem::path file =
+                std::filesystem::path(LIGHTMESH_PICTURES) / (scene + "-" + algorithm + ".png");
+            const Image picture = as_stored(picture_of(stage, algorithm, small_picture()));
+            if (std::getenv("LIGHTMESH_RENEW_PICTURES") != nullptr) {
+                demo::write_png(picture, file);
+                continue;
+            }
+            const Image stored = demo::read_png(file);
+            REQUIRE(stored.width == picture.width);
+            REQUIRE(stored.height == picture.height);
+            CHECK(demo::mean_absolute_difference(picture, stored) < 0.001);
+            CHECK(share_of_other_pixels(picture, stored) < 0.004);
+        }
+    }
+}
+
+TEST_CASE("the stored pictures tell the algorithms apart") {
+    for (const std::string scene : {"park", "spheres", "rooms"}) {
+        const auto stored = [&](const std::string& algorithm) {
+            return demo::read_png(std::filesystem::path(LIGHTMESH_PICTURES) /
+                                  (scene + "-" + algorithm + ".png"));
+        };
+        const Image lmm = stored("lmm");
+        CHECK(demo::mean_absolute_difference(stored("whitted"), lmm) > 0.004);
+        CHECK(demo::mean_absolute_difference(stored("express"), lmm) > 0.002);
+        CHECK(demo::mean_absolute_difference(stored("linked"), lmm) <
+              0.7 * demo::mean_absolute_difference(stored("express"), lmm));
+    }
+}
+
+TEST_CASE("a picture is the same to the last bit for any number of threads") {
+    const Stage stage("spheres");
+    for (const std::string algorithm : {"whitted", "area", "lmm", "linked", "express+map", "shadow-volume"}) {
+        CAPTURE(algorithm);
+        demo::RenderOptions options = small_picture();
+        options.samples = 2;
+        options.threads = 1;
+        const Image alone = picture_of(stage, algorithm, options);
+        for (const int threads : {2, 4}) {
+            options.threads = threads;
+            CHECK(picture_of(stage, algorithm, options).pixels == alone.pixels);
+        }
+    }
+}
+
+TEST_CASE("a picture that is cancelled is told to be, and has what was done by then") {
+    const Stage stage("spheres");
+    std::atomic<bool> cancel{false};
+    demo::RenderOptions options = small_picture();
+    options.threads = 1;
+    demo::RenderStatistics statistics;
+    const auto visibility = visibility_in(stage, "whitted");
+    const Image picture = demo::render(
+        stage.embree, *visibility, options, statistics,
+        [&](double done) {
+            if (done > 0.3)
+                cancel = true;
+        },
+        &cancel);
+    CHECK_FALSE(statistics.finished);
+    const auto black = static_cast<double>(std::ranges::count(picture.pixels, glm::vec3(0.0f)));
+    const double share = black / static_cast<double>(picture.pixels.size());
+    CHECK(share > 0.1);
+    CHECK(share < 0.8);
+}
+
+TEST_CASE("mirrors and glass end at the depth limit") {
+    const Stage stage("spheres");
+    std::uint64_t before = 0;
+    for (const int limit : {0, 1, 2, 5}) {
+        demo::RenderOptions options = small_picture();
+        options.depth_limit = limit;
+        demo::RenderStatistics statistics;
+        demo::render(stage.embree, *visibility_in(stage, "whitted"), options, statistics);
+        CHECK(statistics.primary_rays == 160 * 120);
+        if (limit == 0)
+            CHECK(statistics.secondary_rays == 0);
+        else
+            CHECK(statistics.secondary_rays > before);
+        before = statistics.secondary_rays;
+    }
+}
+
+TEST_CASE("options of a picture are checked") {
+    const Stage stage("spheres");
+    const auto visibility = visibility_in(stage, "whitted");
+    demo::RenderStatistics statistics;
+    const auto refuses = [&](auto change) {
+        demo::RenderOptions options = small_picture();
+        change(options);
+        CHECK_THROWS_AS(demo::render(stage.embree, *visibility, options, statistics), std::invalid_argument);
+    };
+    refuses([](demo::RenderOptions& o) { o.width = 0; });
+    refuses([](demo::RenderOptions& o) { o.height = -1; });
+    refuses([](demo::RenderOptions& o) { o.samples = 0; });
+    refuses([](demo::RenderOptions& o) { o.depth_limit = -1; });
+    refuses([](demo::RenderOptions& o) { o.threads = -1; });
+    CHECK_THROWS_WITH_AS(visibility_in(stage, "radiosity"), doctest::Contains("radiosity"),
+                         std::runtime_error);
+}
+
+TEST_CASE("shading is ambient light, Lambert and Blinn-Phong, times visibility") {
+    demo::Scene scene;
+    scene.ambient = glm::vec3(0.1f);
+    demo::Material material;
+    material.diffuse = glm::vec3(0.5f, 0.25f, 0.0f);
+    scene.materials = {material};
+    // Straight above at a distance of 2, of intensity 8: an irradiance of 2.
+    scene.lights = {{lightmesh::PointLight{{0, 0, 2}}, glm::vec3(8.0f)}};
+    demo::Hit hit{};
+    hit.position = glm::vec3(0.0f);
+    hit.geometric_normal = hit.shading_normal = glm::vec3(0, 0, 1);
+    const glm::vec3 down(0, 0, -1);
+    for (const float lit : {0.0f, 0.5f, 1.0f}) {
+        const glm::vec3 expected = (0.1f + 2.0f * lit) * scene.materials[0].diffuse;
+        CHECK(glm::distance(demo::shade(scene, hit, down, std::span(&lit, 1)), expected) < 1e-6f);
+    }
+    // The highlight is full where the light is mirrored to the eye, and falls with the angle to halfway.
+    scene.materials[0].specular = glm::vec3(0.3f);
+    scene.materials[0].shininess = 16.0f;
+    const float lit = 1.0f;
+    const glm::vec3 matt = 2.1f * scene.materials[0].diffuse;
+    const glm::vec3 mirrored = demo::shade(scene, hit, down, std::span(&lit, 1)) - matt;
+    CHECK(mirrored.x == doctest::Approx(0.6));
+    const glm::vec3 aslant = glm::normalize(glm::vec3(1, 0, -1));
+    const glm::vec3 beside = demo::shade(scene, hit, aslant, std::span(&lit, 1)) - matt;
+    const double halfway = std::cos(std::numbers::pi / 8.0);
+    CHECK(beside.x == doctest::Approx(0.6 * std::pow(halfway, 16.0)));
+    // From below nothing arrives.
+    hit.shading_normal = -hit.shading_normal;
+    CHECK(demo::shade(scene, hit, -down, std::span(&lit, 1)) == 0.1f * scene.materials[0].diffuse);
+}
