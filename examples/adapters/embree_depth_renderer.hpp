@@ -18,6 +18,7 @@
 #include <glm/geometric.hpp>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 namespace demo {
 
@@ -36,10 +37,14 @@ public:
 
     void render_depth(const lightmesh::DepthView& view, std::span<float> distance) {
         const int tiles = (view.resolution + 3) / 4;
-        tbb::parallel_for(tbb::blocked_range<int>(0, tiles), [&](const tbb::blocked_range<int>& rows) {
-            for (int row = rows.begin(); row != rows.end(); ++row)
-                for (int column = 0; column < tiles; ++column)
-                    trace_tile(view, 4 * column, 4 * row, distance);
+        // In isolation: a thread that waits here must not take over a task of the caller's, which may query
+        // the mesh that waits for this picture.
+        tbb::this_task_arena::isolate([&] {
+            tbb::parallel_for(tbb::blocked_range<int>(0, tiles), [&](const tbb::blocked_range<int>& rows) {
+                for (int row = rows.begin(); row != rows.end(); ++row)
+                    for (int column = 0; column < tiles; ++column)
+                        trace_tile(view, 4 * column, 4 * row, distance);
+            });
         });
     }
 
