@@ -36,7 +36,7 @@ jq 'del(.context.host_name, .context.executable)
     | .benchmarks |= map(select(.run_type == "iteration" or .aggregate_name == "min" or .aggregate_name == "median"))' \
     "$report" >"$results/benchmarks.json"
 jq -r -L "$here" -f "$here/plot.jq" "$results/benchmarks.json" >"$build/times.txt"
-machine=$(jq -r '.context | "\(.processor), \(.compiler), Embree \(.embree)"' "$results/benchmarks.json")
+machine=$(jq -r '.context | "\(.processor), \(.compiler), Embree \(.Embree)"' "$results/benchmarks.json")
 gnuplot -e "data='$build/times.txt'; picture='$results/time-per-point.svg'; machine='$machine'" "$here/plot.gp"
 jq -r -L "$here" -f "$here/figures.jq" "$results/benchmarks.json" >"$results/figures.md"
 
