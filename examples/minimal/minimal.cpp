@@ -43,8 +43,7 @@ float distance_to(const Ball& ball, const vec3& origin, const vec3& way) {
     return std::numeric_limits<float>::infinity();
 }
 
-// The adapter: all that a light mesh has to know of a ray tracer. The floor hides nothing from lights above
-// it.
+// The adapter: all that a light mesh has to know of a ray tracer. All lamps hang above the floor.
 struct Tracer {
     const std::vector<Ball>* balls;
 

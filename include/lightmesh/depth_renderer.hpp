@@ -29,8 +29,9 @@ namespace lightmesh {
 /// time, under a lock: it need not be const. All else waits meanwhile, so it may use threads of its own; but
 /// it must not query a mesh that uses it, nor may its thread do so while it waits for others: a task that it
 /// takes over could be such a query, and would wait for itself (with oneTBB: `this_task_arena::isolate`).
-/// Each picture is asked for once. An exception leaves the query; NaN or a negative distance becomes one (std::runtime_error)
-/// that names the texel. Nothing of a failed picture is kept: the next query that needs it asks again.
+/// Each picture is asked for once. An exception leaves the query; NaN or a negative distance becomes one
+/// (std::runtime_error) that names the texel. Nothing of a failed picture is kept: the next query that needs
+/// it asks again.
 ///
 /// The renderer is moved into the mesh, or copied if that is how it is handed over. The scene must outlive
 /// the mesh and must not change under it.

@@ -23,10 +23,10 @@ namespace lightmesh {
 /// The user's triangles.
 ///
 ///     std::size_t triangle_count() const;
-///     std::array<glm::vec3, 3> triangle(std::size_t i) const;      // corners in world units, in any order;
-///     i < count
+///     std::array<glm::vec3, 3> triangle(std::size_t i) const;
 ///
-/// Each triangle is asked for once, on one thread, and copied: the source need not outlive the call that
+/// `triangle` is called with i < triangle_count(), and returns the corners in world units, in any order. Each
+/// triangle is asked for once, on one thread, and copied: the source need not outlive the call that
 /// takes it. A triangle of no area throws no shadow.
 template <class T>
 concept Occluders = requires(const T& source, std::size_t i) {

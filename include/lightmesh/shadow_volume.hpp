@@ -46,7 +46,8 @@ class ShadowVolumes {
 public:
     /// Triangles nearer to the light than `clearance`, along the way to a point, do not hide it, nor, from a
     /// point that is nearer than twice that, those on the light's half of the way. World units, finite, not
-    /// negative; it plays no part for directional lights. Throws std::invalid_argument that names the value.
+    /// negative; it plays no part for directional lights. `name` is what errors call the light. Throws
+    /// std::invalid_argument that names the value.
     ShadowVolumes(std::shared_ptr<const OccluderTriangles> triangles, const Light& light,
                   float clearance = 0.0f, const std::string& name = "light")
         : triangles_(std::move(triangles)), clearance_(static_cast<double>(clearance)) {

@@ -15,6 +15,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstddef>
+#include <initializer_list>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -98,9 +99,9 @@ class Subject {
                   "lightmesh: each source of long tests must be a DepthRenderer or Occluders");
 
 public:
-    /// Throws std::invalid_argument that names the value for no points, as many normals as there are not
-    /// points, points or normals that are not finite, points of a frame that are not as many as a frame has,
-    /// no lights, and lights that `LightMesh` would refuse.
+    /// Throws std::invalid_argument that names the value for no points, a number of normals other than that
+    /// of points, points or normals that are not finite, points of a frame that are not as many as a frame
+    /// has, no lights, and lights that `LightMesh` would refuse.
     Subject(Tracer tracer, std::span<const Light> lights, Samples samples, Sources... sources)
         : tracer_(std::move(tracer)), lights_(lights.begin(), lights.end()), samples_(samples),
           sources_(std::move(sources)...) {
