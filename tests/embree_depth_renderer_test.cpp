@@ -13,8 +13,8 @@
 #include <cstddef>
 #include <vector>
 
-// A mesh renders shadow maps under a lock. Without isolation, a thread that waits for a picture could take over
-// a query that waits for the same lock.
+// A mesh renders shadow maps under a lock. Without isolation, a thread that waits for a picture could take
+// over a query that waits for the same lock.
 TEST_CASE("a thread that renders by Embree takes over no other task meanwhile") {
     const demo::Scene scene = demo::make_spheres();
     const demo::EmbreeScene embree(scene);
