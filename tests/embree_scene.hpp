@@ -67,11 +67,4 @@ private:
     RTCScene scene_;
 };
 
-inline std::vector<std::uint32_t> indices_of(const demo::Scene& scene) {
-    std::vector<std::uint32_t> indices;
-    for (const demo::Triangle& triangle : scene.triangles)
-        indices.insert(indices.end(), std::begin(triangle.vertex), std::end(triangle.vertex));
-    return indices;
-}
-
 }  // namespace test

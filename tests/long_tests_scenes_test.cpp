@@ -165,7 +165,7 @@ void check_volumes(const Sample& sample) {
 }
 
 demo::VulkanDepthRenderer vulkan_renderer(const demo::Scene& scene) {
-    return {scene.positions, test::indices_of(scene)};
+    return {scene.positions, demo::indices_of(scene)};
 }
 
 }  // namespace

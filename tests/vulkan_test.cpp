@@ -79,7 +79,7 @@ bool on_edge(const test::EmbreeScene& scene, const DepthView& view, int column, 
 
 /// Renders by both; all texels must agree to 1e-4 but those on edges, of which there may be few.
 void compare_with_embree(const demo::Scene& scene, const lightmesh::Light& light, int resolution) {
-    const auto indices = test::indices_of(scene);
+    const auto indices = demo::indices_of(scene);
     const test::EmbreeScene traced(scene.positions, indices);
     demo::EmbreeDepthRenderer embree(traced.scene());
     demo::VulkanDepthRenderer vulkan(scene.positions, indices);
@@ -178,7 +178,7 @@ TEST_SUITE("Vulkan depth renderer") {
             messages.push_back(message);
         };
         {
-            demo::VulkanDepthRenderer renderer(scene.positions, test::indices_of(scene), options);
+            demo::VulkanDepthRenderer renderer(scene.positions, demo::indices_of(scene), options);
             auto copy = renderer;
             for (const int resolution : {64, 16, 128}) {
                 const auto views = views_of(scene.lights.front().shape, resolution, 1e-3f, renderer.bounds());
@@ -198,7 +198,7 @@ TEST_SUITE("Vulkan depth renderer") {
 
     TEST_CASE("a shadow map of it agrees with rays") {
         const auto scene = demo::make_spheres();
-        const auto indices = test::indices_of(scene);
+        const auto indices = demo::indices_of(scene);
         const test::EmbreeScene traced(scene.positions, indices);
         const demo::VulkanDepthRenderer renderer(scene.positions, indices);
         const auto box = renderer.bounds();

@@ -7,19 +7,7 @@
 
 #include <lightmesh/lights.hpp>
 
-#include <cstdint>
-#include <iterator>
-#include <vector>
-
 namespace demo {
-
-inline std::vector<std::uint32_t> indices_of(const Scene& scene) {
-    std::vector<std::uint32_t> indices;
-    indices.reserve(3 * scene.triangles.size());
-    for (const Triangle& triangle : scene.triangles)
-        indices.insert(indices.end(), std::begin(triangle.vertex), std::end(triangle.vertex));
-    return indices;
-}
 
 /// Calls use(renderer) with a `lightmesh::DepthRenderer` of the kind that the options ask for, and returns
 /// what it returns.

@@ -21,4 +21,12 @@ Scene load_scene(const std::string& name_or_file) {
     return import_scene(name_or_file);
 }
 
+std::vector<std::uint32_t> indices_of(const Scene& scene) {
+    std::vector<std::uint32_t> indices;
+    indices.reserve(3 * scene.triangles.size());
+    for (const Triangle& triangle : scene.triangles)
+        indices.insert(indices.end(), std::begin(triangle.vertex), std::end(triangle.vertex));
+    return indices;
+}
+
 }  // namespace demo

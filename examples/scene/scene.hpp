@@ -71,6 +71,9 @@ Scene make_rooms();
 /// The lights as a light mesh takes them.
 std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene);
 
+/// The triangles' vertices, three a triangle.
+std::vector<std::uint32_t> indices_of(const Scene& scene);
+
 /// Names of the built-in scenes, as `load_scene` takes them.
 const std::vector<std::string>& built_in_scenes();
 
