@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "scene.hpp"
 
+#include <iterator>
+
 namespace demo {
 
 const std::vector<std::string>& built_in_scenes() {
