@@ -2,7 +2,7 @@
 #include "adapters/embree_depth_renderer.hpp"
 #include "contestant.hpp"
 
-#include <lightmesh/shadow_map.hpp>
+#include <lightmesh/shadows/shadow_map.hpp>
 
 #include <memory>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/adapters/depth_view.hpp>
 #include <lightmesh/bounds.hpp>
-#include <lightmesh/depth_view.hpp>
 #include <lightmesh/segment.hpp>
 
 #include <glm/geometric.hpp>

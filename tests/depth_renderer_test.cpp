@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "random_scene.hpp"
 
-#include <lightmesh/depth_renderer.hpp>
-#include <lightmesh/detail/shadow_map_views.hpp>
+#include <lightmesh/adapters/depth_renderer.hpp>
+#include <lightmesh/shadows/shadow_map_views.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

@@ -3,8 +3,8 @@
 #include "render/embree_scene.hpp"
 #include "scene/scene.hpp"
 
-#include <lightmesh/depth_view.hpp>
-#include <lightmesh/detail/shadow_map_views.hpp>
+#include <lightmesh/adapters/depth_view.hpp>
+#include <lightmesh/shadows/shadow_map_views.hpp>
 
 #include <doctest/doctest.h>
 #include <tbb/parallel_for.h>

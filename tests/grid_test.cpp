@@ -2,7 +2,7 @@
 #include "plain.hpp"
 #include "random_scene.hpp"
 
-#include <lightmesh/grid.hpp>
+#include <lightmesh/mesh/grid.hpp>
 
 #include <doctest/doctest.h>
 

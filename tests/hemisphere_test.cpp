@@ -2,8 +2,8 @@
 #include "plain.hpp"
 #include "random_scene.hpp"
 
-#include <lightmesh/detail/hemisphere.hpp>
-#include <lightmesh/detail/kernels/kernels.hpp>
+#include <lightmesh/query/hemisphere.hpp>
+#include <lightmesh/query/kernels/kernels.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "random_scene.hpp"
 
-#include <lightmesh/detail/hemisphere.hpp>
-#include <lightmesh/detail/kernels/kernels.hpp>
+#include <lightmesh/query/hemisphere.hpp>
+#include <lightmesh/query/kernels/kernels.hpp>
 
 #include <doctest/doctest.h>
 

@@ -2,9 +2,9 @@
 #include "plain.hpp"
 #include "random_scene.hpp"
 
-#include <lightmesh/detail/light_order.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/light_order.hpp>
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "analytic.hpp"
 #include "random_scene.hpp"
 
-#include <lightmesh/shadow_map.hpp>
+#include <lightmesh/shadows/shadow_map.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

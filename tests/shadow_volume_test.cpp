@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "random_scene.hpp"
 
-#include <lightmesh/shadow_volume.hpp>
+#include <lightmesh/shadows/shadow_volume.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

@@ -5,7 +5,7 @@
 #include "embree_scene.hpp"
 #include "random_scene.hpp"
 
-#include <lightmesh/shadow_map.hpp>
+#include <lightmesh/shadows/shadow_map.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

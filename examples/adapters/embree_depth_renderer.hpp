@@ -12,8 +12,8 @@
 #else
 #include <embree3/rtcore.h>
 #endif
+#include <lightmesh/adapters/depth_view.hpp>
 #include <lightmesh/bounds.hpp>
-#include <lightmesh/depth_view.hpp>
 
 #include <glm/geometric.hpp>
 #include <tbb/blocked_range.h>

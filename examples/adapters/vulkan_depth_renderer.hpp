@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/adapters/depth_view.hpp>
 #include <lightmesh/bounds.hpp>
-#include <lightmesh/depth_view.hpp>
 
 #include <glm/common.hpp>
 #include <glm/mat4x4.hpp>

@@ -4,8 +4,8 @@
 #include "render/scene_occluders.hpp"
 #include "render/visibility.hpp"
 
-#include <lightmesh/shadow_map.hpp>
-#include <lightmesh/shadow_volume.hpp>
+#include <lightmesh/shadows/shadow_map.hpp>
+#include <lightmesh/shadows/shadow_volume.hpp>
 
 #include <glm/geometric.hpp>
 

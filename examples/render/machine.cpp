@@ -3,7 +3,7 @@
 
 #include "adapters/embree_intersector.hpp"
 
-#include <lightmesh/detail/kernels/kernels.hpp>
+#include <lightmesh/query/kernels/kernels.hpp>
 
 #include <unistd.h>
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/concepts.hpp>
-#include <lightmesh/detail/kernels/kernels.hpp>
-#include <lightmesh/detail/long_test.hpp>
-#include <lightmesh/detail/query.hpp>
-#include <lightmesh/detail/query_many.hpp>
-#include <lightmesh/detail/visibility_store.hpp>
-#include <lightmesh/grid.hpp>
+#include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/long_test_source.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/visibility_store.hpp>
+#include <lightmesh/query/kernels/kernels.hpp>
+#include <lightmesh/query/query.hpp>
+#include <lightmesh/query/query_many.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 

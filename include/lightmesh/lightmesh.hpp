@@ -6,7 +6,7 @@
 /// 1. the class that users meet: `light_mesh.hpp`, with `lights.hpp` and `settings.hpp`;
 /// 2. what a ray tracer must do: `concepts.hpp`; and what it may do beyond that, for shadow maps and shadow
 ///    volumes: `depth_renderer.hpp` and `occluders.hpp`;
-/// 3. how a query works: `detail/query.hpp`, then `detail/hemisphere.hpp` (the neighbours of equation (2)),
+/// 3. how a query works: `query/query.hpp`, then `query/hemisphere.hpp` (the neighbours of equation (2)),
 ///    `detail/neighbours.hpp` and `detail/kernels/portable.hpp` (the sum of equation (3));
 /// 4. what is stored: `detail/visibility_store.hpp`, `detail/brick.hpp` and `detail/brick_map.hpp`;
 /// 5. the linked short test: `detail/links.hpp`, `detail/reach.hpp` and `detail/reach_search.hpp`;
@@ -14,17 +14,17 @@
 ///
 /// What lies in `detail/`, as in namespace `detail`, may change at any time.
 
+#include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/adapters/depth_renderer.hpp>
+#include <lightmesh/adapters/depth_view.hpp>
+#include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/bounds.hpp>
-#include <lightmesh/concepts.hpp>
-#include <lightmesh/depth_renderer.hpp>
-#include <lightmesh/depth_view.hpp>
-#include <lightmesh/grid.hpp>
+#include <lightmesh/fill/source.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/long_test_source.hpp>
-#include <lightmesh/occluders.hpp>
+#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
-#include <lightmesh/shadow_map.hpp>
-#include <lightmesh/shadow_volume.hpp>
+#include <lightmesh/shadows/shadow_map.hpp>
+#include <lightmesh/shadows/shadow_volume.hpp>
 #include <lightmesh/statistics.hpp>

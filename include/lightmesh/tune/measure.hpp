@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/detail/light_table.hpp>
-#include <lightmesh/detail/ray_ends.hpp>
-#include <lightmesh/grid.hpp>
+#include <lightmesh/fill/ray_ends.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/frame_growth.hpp>

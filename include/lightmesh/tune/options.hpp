@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/detail/check.hpp>
 #include <lightmesh/settings.hpp>
+#include <lightmesh/support/check.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/watch.hpp>
 

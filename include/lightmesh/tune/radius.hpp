@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/detail/check.hpp>
-#include <lightmesh/detail/light_table.hpp>
-#include <lightmesh/detail/ray_ends.hpp>
-#include <lightmesh/detail/vectors.hpp>
-#include <lightmesh/grid.hpp>
+#include <lightmesh/fill/ray_ends.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/segment.hpp>
+#include <lightmesh/support/check.hpp>
+#include <lightmesh/support/vectors.hpp>
 #include <lightmesh/tune/subject.hpp>
 
 #include <glm/common.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/detail/check.hpp>
+#include <lightmesh/support/check.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/measure.hpp>
 

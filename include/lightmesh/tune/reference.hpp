@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/detail/light_table.hpp>
-#include <lightmesh/detail/vectors.hpp>
-#include <lightmesh/grid.hpp>
 #include <lightmesh/light_mesh.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/support/vectors.hpp>
 #include <lightmesh/tune/options.hpp>
 #include <lightmesh/tune/subject.hpp>
 

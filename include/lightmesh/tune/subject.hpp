@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/concepts.hpp>
-#include <lightmesh/depth_renderer.hpp>
-#include <lightmesh/detail/check.hpp>
-#include <lightmesh/detail/vectors.hpp>
-#include <lightmesh/grid.hpp>
+#include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/adapters/depth_renderer.hpp>
+#include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/occluders.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/support/check.hpp>
+#include <lightmesh/support/vectors.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/watch.hpp>
 

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/adapters/depth_renderer.hpp>
+#include <lightmesh/adapters/occluders.hpp>
+#include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/fill/map_source.hpp>
+#include <lightmesh/fill/volume_source.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace lightmesh {
+
+namespace detail {
+
+/// Members by which an adapter that does not fit shows what it was meant to be.
+template <class T>
+concept MeansDepthRenderer = RendersFloats<T> || RendersChangedView<T> || RendersOtherNumbers<T>;
+template <class T>
+concept MeansOccluders = CountCallable<T> || TriangleCallable<T>;
+
+}  // namespace detail
+
+/// Says in one sentence what is wrong with the second adapter of a light mesh, which is a `DepthRenderer` or
+/// `Occluders`, and not both: `static_assert(lightmesh::check_long_test_source<MyAdapter>());`. `LightMesh`
+/// calls it for its own. Does not compile, or returns true.
+template <class T>
+consteval bool check_long_test_source() {
+    constexpr bool renders = detail::MeansDepthRenderer<T>;
+    constexpr bool occludes = detail::MeansOccluders<T>;
+    static_assert(renders || occludes,
+                  "lightmesh: the adapter for long tests must be a DepthRenderer, with the member "
+                  "`void render_depth(const DepthView&, std::span<float>)`, or Occluders, with the members "
+                  "`std::size_t triangle_count() const` and `std::array<glm::vec3, 3> triangle(std::size_t) "
+                  "const`");
+    static_assert(!(renders && occludes),
+                  "lightmesh: the adapter for long tests must be either a DepthRenderer, for shadow maps, or "
+                  "Occluders, for shadow volumes: it has render_depth and triangles as well");
+    if constexpr (renders && !occludes)
+        return check_depth_renderer<T>();
+    else if constexpr (occludes && !renders)
+        return check_occluders<T>();
+    return true;
+}
+
+namespace detail {
+
+/// In place of the long test of an adapter that does not fit, so that the compiler has one complaint only.
+struct NoLongTest {
+    template <class... Arguments>
+    explicit NoLongTest(Arguments&&...) {}
+    template <class Tracer>
+    std::uint64_t operator()(const Tracer&, const LongTestUnit&, LongTestCost&) const {
+        return 0;
+    }
+    std::size_t bytes() const { return 0; }
+};
+
+/// The long test that the second adapter of a light mesh stands for.
+template <class Source>
+struct LongTestOf {
+    static_assert(check_long_test_source<Source>());
+    using Type = NoLongTest;
+};
+template <DepthRenderer Source>
+    requires(!MeansOccluders<Source>)
+struct LongTestOf<Source> {
+    static_assert(check_depth_renderer<Source>());
+    using Type = MapLongTest<Source>;
+};
+template <Occluders Source>
+    requires(!MeansDepthRenderer<Source>)
+struct LongTestOf<Source> {
+    using Type = VolumeLongTest;
+};
+template <class Source>
+using LongTestFrom = typename LongTestOf<Source>::Type;
+
+}  // namespace detail
+}  // namespace lightmesh

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/adapters/occluders.hpp>
+#include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/fill/trace.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/settings.hpp>
+#include <lightmesh/shadows/shadow_volume.hpp>
+#include <lightmesh/support/check.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// Long tests by shadow volumes (LMM+ATO), of one copy of the user's triangles. They begin where the rays of
+/// `RayLongTest` do.
+class VolumeLongTest {
+public:
+    template <Occluders Source>
+    VolumeLongTest(const Source& source, std::span<const Light> lights, const Settings& settings)
+        : triangles_(std::make_shared<const OccluderTriangles>(source)) {
+        const auto step = static_cast<float>(Grid(settings).step());
+        volumes_.reserve(lights.size());
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            volumes_.emplace_back(triangles_, lights[i], light_clearance(lights[i], step),
+                                  "light " + to_text(i));
+    }
+
+    template <Intersector Tracer>
+    std::uint64_t operator()(const Tracer&, const LongTestUnit& unit, LongTestCost& cost) const {
+        std::uint64_t lit = 0;
+        unit.for_each_light([&](std::size_t light, int l) {
+            for (int p = 0; p < 8; ++p) {
+                const glm::vec3& point = unit.points[static_cast<std::size_t>(p)];
+                lit |= static_cast<std::uint64_t>(volumes_[light].visible(point)) << (8 * l + p);
+            }
+            cost.tests += 8;
+        });
+        return lit;
+    }
+
+    std::size_t bytes() const {
+        std::size_t sum = triangles_->bytes();
+        for (const ShadowVolumes& volumes : volumes_)
+            sum += volumes.bytes();
+        return sum;
+    }
+
+private:
+    std::shared_ptr<const OccluderTriangles> triangles_;
+    std::vector<ShadowVolumes> volumes_;
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/settings.hpp>
+#include <lightmesh/support/check.hpp>
+#include <lightmesh/support/vectors.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+
+namespace lightmesh {
+
+/// Where the light points lie: x(i, j, k) = origin + step * (i, j, k), for all integers of magnitude up to
+/// `Grid::max_index`. World units; computed in double, so that far from the origin the points are still the
+/// nearest floats to their places.
+class Grid {
+public:
+    /// Beyond this index a float cannot tell neighbouring light points apart.
+    static constexpr std::int32_t max_index = 1 << 24;
+
+    /// Throws std::invalid_argument that names the value for a radius or quality that is not finite or out of
+    /// range, and for an origin that is infinite or only partly NaN.
+    explicit Grid(const Settings& settings) {
+        using detail::require;
+        constexpr float largest = (std::numeric_limits<float>::max)();
+        require(settings.radius > 0.0f && settings.radius <= largest, "Settings::radius", settings.radius,
+                "finite and greater than 0");
+        require(settings.quality >= 1.0f && settings.quality <= max_quality, "Settings::quality",
+                settings.quality, "in [1, 16]");
+        radius_ = settings.radius;
+        quality_ = settings.quality;
+        step_ = static_cast<double>(radius_) / static_cast<double>(quality_);
+        const glm::vec3& origin = settings.origin;
+        if (std::isnan(origin.x) && std::isnan(origin.y) && std::isnan(origin.z)) {
+            origin_ = glm::dvec3(0.3819660, 0.2763932, 0.4270510) * step_;
+        } else {
+            require(detail::is_finite(origin), "Settings::origin", origin,
+                    "finite, or NaN in all three components");
+            origin_ = glm::dvec3(origin);
+        }
+    }
+
+    /// r of equation (2), world units.
+    float radius() const { return radius_; }
+    /// q: light points per radius.
+    float quality() const { return quality_; }
+    /// h = r / q, world units.
+    double step() const { return step_; }
+    /// The light point of index (0, 0, 0), world units.
+    const glm::dvec3& origin() const { return origin_; }
+
+    /// The light point of an index.
+    glm::vec3 position(const glm::ivec3& index) const {
+        return glm::vec3(origin_ + step_ * glm::dvec3(index));
+    }
+
+    /// The place of a point in the grid, in steps from the origin. Throws std::out_of_range that names the
+    /// point if the light points around it have no index.
+    glm::dvec3 locate(const glm::vec3& point) const {
+        const glm::dvec3 place = (glm::dvec3(point) - origin_) * (1.0 / step_);
+        constexpr double limit = max_index - 64.0;
+        const bool inside =
+            std::abs(place.x) < limit && std::abs(place.y) < limit && std::abs(place.z) < limit;
+        if (!inside)
+            throw_outside(point);
+        return place;
+    }
+
+    /// The greatest q.
+    static constexpr float max_quality = 16.0f;
+
+private:
+    [[noreturn]] void throw_outside(const glm::vec3& point) const {
+        throw std::out_of_range(
+            "lightmesh: point " + detail::to_text(point) + " lies outside the grid, which reaches " +
+            detail::to_text(max_index * step_) + " to all sides of " + detail::to_text(glm::vec3(origin_)) +
+            "; a greater radius or a lower quality reaches farther");
+    }
+
+    glm::dvec3 origin_{0.0};
+    double step_ = 1.0;
+    float radius_ = 1.0f;
+    float quality_ = 1.0f;
+};
+
+}  // namespace lightmesh
