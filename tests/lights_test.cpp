@@ -5,6 +5,7 @@
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/light_order.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
 
 #include <doctest/doctest.h>
 
@@ -188,18 +189,21 @@ TEST_CASE("a light has the same values alone and among others, wherever it is ke
 
 TEST_CASE("lights are kept as given, but those with a range stand last, neighbours together") {
     using lightmesh::detail::LightOrder;
-    const std::vector<Light> endless{lightmesh::PointLight{{5, 0, 0}}, lightmesh::DirectionalLight{},
-                                     lightmesh::PointLight{{1, 0, 0}}};
+    using lightmesh::detail::LightShape;
+    using lightmesh::detail::shape_of;
+    const std::vector<LightShape> endless{shape_of(lightmesh::PointLight{{5, 0, 0}}),
+                                          shape_of(lightmesh::DirectionalLight{}),
+                                          shape_of(lightmesh::PointLight{{1, 0, 0}})};
     CHECK(LightOrder(endless).is_given());
 
     // Two clusters far apart, in turn, and two lights without a range among them.
-    std::vector<Light> lights;
+    std::vector<LightShape> lights;
     for (int i = 0; i < 40; ++i) {
         const float x = (i % 2 == 0 ? 0.0f : 100.0f) + 0.1f * static_cast<float>(i);
         if (i == 7 || i == 30)
-            lights.push_back(lightmesh::PointLight{{x, 0, 0}});
+            lights.push_back(shape_of(lightmesh::PointLight{{x, 0, 0}}));
         else
-            lights.push_back(lightmesh::PointLight{{x, 0, 0}, 2.0f});
+            lights.push_back(shape_of(lightmesh::PointLight{{x, 0, 0}, 2.0f}));
     }
     const LightOrder order(lights);
     CHECK_FALSE(order.is_given());

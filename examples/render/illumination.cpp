@@ -47,6 +47,12 @@ Illumination illuminate(const SceneLight& light, const glm::vec3& point) {
         found.irradiance *= cone_fall_off(*spot, light.inner_cone, found.to_light);
         return found;
     }
+    if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape)) {
+        Illumination found = from_position(pane->position, pane->range, light.intensity, point);
+        const glm::vec3 front = glm::normalize(glm::cross(pane->half_u, pane->half_v));
+        found.irradiance *= (std::max)(-glm::dot(front, found.to_light), 0.0f);
+        return found;
+    }
     const auto& lamp = std::get<lightmesh::PointLight>(light.shape);
     return from_position(lamp.position, lamp.range, light.intensity, point);
 }
@@ -58,6 +64,8 @@ lightmesh::Segment shadow_segment(const SceneLight& light, const glm::vec3& poin
         return {origin, origin - far_away * glm::normalize(sun->direction)};
     if (const auto* spot = std::get_if<lightmesh::SpotLight>(&light.shape))
         return {origin, spot->position};
+    if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape))
+        return {origin, pane->position};
     return {origin, std::get<lightmesh::PointLight>(light.shape).position};
 }
 

@@ -28,3 +28,4 @@
 #include <lightmesh/shadows/shadow_map.hpp>
 #include <lightmesh/shadows/shadow_volume.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/surface_point.hpp>

@@ -9,10 +9,16 @@ namespace lightmesh {
 ///
 /// The library has already moved the ends off surfaces and lights (see `fill/ray_ends.hpp`): an adapter
 /// tests what lies strictly between them and adds no epsilon of its own. With a ray tracer that takes origin,
-/// direction and length: direction = target - origin, and blockers at 0 < t < 1.
+/// direction and length: direction = target - origin, not normalised, and blockers at 0 < t < 1.
 struct Segment {
     glm::vec3 origin;  ///< where it begins
     glm::vec3 target;  ///< where it ends
+};
+
+/// The first surface on a segment: what the optional member `closest_hit` of an `Intersector` returns.
+struct Hit {
+    float distance;    ///< from Segment::origin, world units
+    glm::vec3 normal;  ///< the geometric normal there, of length 1, to either side
 };
 
 }  // namespace lightmesh

@@ -21,15 +21,15 @@ enum class ShortTest {
 
 /// What a user chooses for a light mesh.
 struct Settings {
-    /// r, the radius of the blur of a shadow's edge, in world units: finite, greater than 0.
+    /// r, the radius of the blur of a shadow's edge, in world units: in (0, 1e18].
     float radius = 1.0f;
     /// q, the light points per radius: the grid's step is r / q. In [1, 16].
     float quality = 4.0f;
     /// What keeps light and shadow from leaking through walls.
     ShortTest short_test = ShortTest::linked;
-    /// One point of the grid, in world units; all others lie at origin + h * (i, j, k). NaN, the default,
-    /// stands for an uneven fraction of the step in each axis, so that walls at round coordinates do not lie
-    /// on grid planes.
+    /// One point of the grid, in world units, of magnitude up to 1e18; all others lie at origin + h * (i, j,
+    /// k). NaN, the default, stands for an uneven fraction of the step in each axis, so that walls at round
+    /// coordinates do not lie on grid planes.
     glm::vec3 origin{std::numeric_limits<float>::quiet_NaN()};
     /// Side of a shadow map in texels, in [1, 16384]; only used with a `DepthRenderer`. Seen from a light at
     /// distance D, a texel is up to 2 D / shadow_map_size wide. Maps err where occluders, or the gaps between

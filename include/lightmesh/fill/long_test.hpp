@@ -4,6 +4,7 @@
 #include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/mesh/light_table.hpp>
 
 #include <glm/vec3.hpp>
@@ -12,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <variant>
 
 /// V(L, x), the visibility of a light from a light point. A long test answers for one unit at a time (see
 /// `brick.hpp`). Here what all of them share, and the one by rays.
@@ -31,11 +31,8 @@ struct LongTestCost {
 /// How far from the light the rays of long tests start; what is nearer hides nothing (see `light_end`). 0 for
 /// directional lights, which are nowhere.
 inline float light_clearance(const Light& light, float step) {
-    if (const auto* point = std::get_if<PointLight>(&light))
-        return end_offset(point->position, step);
-    if (const auto* spot = std::get_if<SpotLight>(&light))
-        return end_offset(spot->position, step);
-    return 0.0f;
+    const LightShape shape = shape_of(light);
+    return shape.is_directional ? 0.0f : end_offset(shape.at, step);
 }
 
 /// What a long test is asked: does the light at place first + l, l < count <= 8, see points[p]? Lights that

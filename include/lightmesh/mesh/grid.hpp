@@ -22,13 +22,15 @@ public:
     /// Beyond this index a float cannot tell neighbouring light points apart.
     static constexpr std::int32_t max_index = 1 << 24;
 
+    /// Of radius and origin, world units: what is greater can not be squared.
+    static constexpr float largest_coordinate = 1e18f;
+
     /// Throws std::invalid_argument that names the value for a radius or quality that is not finite or out of
-    /// range, and for an origin that is infinite or only partly NaN.
+    /// range, and for an origin that is out of range or only partly NaN.
     explicit Grid(const Settings& settings) {
         using detail::require;
-        constexpr float largest = (std::numeric_limits<float>::max)();
-        require(settings.radius > 0.0f && settings.radius <= largest, "Settings::radius", settings.radius,
-                "finite and greater than 0");
+        require(settings.radius > 0.0f && settings.radius <= largest_coordinate, "Settings::radius",
+                settings.radius, "greater than 0 and at most 1e18");
         require(settings.quality >= 1.0f && settings.quality <= max_quality, "Settings::quality",
                 settings.quality, "in [1, 16]");
         radius_ = settings.radius;
@@ -38,8 +40,8 @@ public:
         if (std::isnan(origin.x) && std::isnan(origin.y) && std::isnan(origin.z)) {
             origin_ = glm::dvec3(0.3819660, 0.2763932, 0.4270510) * step_;
         } else {
-            require(detail::is_finite(origin), "Settings::origin", origin,
-                    "finite, or NaN in all three components");
+            require(detail::largest_component(origin) <= largest_coordinate && detail::is_finite(origin),
+                    "Settings::origin", origin, "of magnitude up to 1e18, or NaN in all three components");
             origin_ = glm::dvec3(origin);
         }
     }

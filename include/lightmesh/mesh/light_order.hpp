@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
 
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
@@ -13,7 +13,6 @@
 #include <limits>
 #include <span>
 #include <utility>
-#include <variant>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -25,12 +24,8 @@ struct LightBall {
     bool is_bounded() const { return std::isfinite(range); }
 };
 
-inline LightBall ball_of(const Light& light) {
-    if (const auto* point = std::get_if<PointLight>(&light))
-        return {point->position, point->range};
-    if (const auto* spot = std::get_if<SpotLight>(&light))
-        return {spot->position, spot->range};
-    return {};
+inline LightBall ball_of(const LightShape& shape) {
+    return shape.is_directional ? LightBall{} : LightBall{shape.at, shape.range};
 }
 
 /// The order in which a mesh keeps its lights. Those with a range stand behind all others and along a Morton
@@ -39,22 +34,22 @@ inline LightBall ball_of(const Light& light) {
 class LightOrder {
 public:
     /// The lights must be finite.
-    explicit LightOrder(std::span<const Light> lights) {
-        const auto is_bounded = [](const Light& light) {
+    explicit LightOrder(std::span<const LightShape> lights) {
+        const auto is_bounded = [](const LightShape& light) {
             return ball_of(light).is_bounded();
         };
         if (!std::ranges::any_of(lights, is_bounded))
             return;
         glm::vec3 low((std::numeric_limits<float>::max)());
         glm::vec3 high(std::numeric_limits<float>::lowest());
-        for (const Light& light : lights) {
+        for (const LightShape& light : lights) {
             if (is_bounded(light)) {
                 low = (glm::min)(low, ball_of(light).middle);
                 high = (glm::max)(high, ball_of(light).middle);
             }
         }
         std::vector<std::uint32_t> codes;
-        for (const Light& light : lights)
+        for (const LightShape& light : lights)
             codes.push_back(is_bounded(light) ? 1 + morton_code(ball_of(light).middle, low, high) : 0);
         light_at_.resize(lights.size());
         for (std::size_t light = 0; light < lights.size(); ++light)

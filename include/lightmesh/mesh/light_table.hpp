@@ -5,6 +5,7 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/light_order.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/support/check_light.hpp>
@@ -16,14 +17,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <span>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -42,27 +41,27 @@ class LightTable {
 public:
     /// Throws what `check_light` throws.
     LightTable(std::span<const Light> lights, const Grid& grid)
-        : lights_(checked(lights)), order_(lights),
+        : shapes_(checked(lights)), order_(shapes_),
           tiles_((lights.size() + lights_per_tile - 1) / lights_per_tile),
           step_(static_cast<float>(grid.step())), reach_(static_cast<float>(grid.step() * Grid::max_index)) {
-        for (std::size_t place = 0; place < lights_.size(); ++place) {
+        for (std::size_t place = 0; place < shapes_.size(); ++place) {
             Tile& tile = tiles_[place / lights_per_tile];
-            const Light& light = lights_[order_.light_at(place)];
-            std::visit([&](const auto& kind) { tile.set(place % lights_per_tile, kind); }, light);
-            tile.include(ball_of(light));
+            const LightShape& shape = shapes_[order_.light_at(place)];
+            tile.set(place % lights_per_tile, shape);
+            tile.include(ball_of(shape));
         }
     }
 
-    std::size_t size() const { return lights_.size(); }
+    std::size_t size() const { return shapes_.size(); }
     std::size_t bytes() const {
-        return lights_.capacity() * sizeof(Light) + order_.bytes() + tiles_.capacity() * sizeof(Tile);
+        return shapes_.capacity() * sizeof(LightShape) + order_.bytes() + tiles_.capacity() * sizeof(Tile);
     }
     const LightOrder& order() const { return order_; }
     std::size_t tile_count() const { return tiles_.size(); }
 
     /// Number of lights in a tile, 1..64.
     int tile_size(std::size_t tile) const {
-        return static_cast<int>((std::min)(lights_per_tile, lights_.size() - tile * lights_per_tile));
+        return static_cast<int>((std::min)(lights_per_tile, shapes_.size() - tile * lights_per_tile));
     }
     /// Number of groups in a tile, 1..8.
     int tile_groups(std::size_t tile) const { return (tile_size(tile) + 7) / 8; }
@@ -85,77 +84,79 @@ public:
         return tiles_[place / lights_per_tile].in_range(place % lights_per_tile, box_low, box_high, radius);
     }
 
-    /// The segment of a long test. It starts at the light, so that neighbouring segments are coherent; those
-    /// of a directional light start at the point, where coordinates are small.
+    /// The segment of a long test. It starts at the light, so that neighbouring segments are coherent. Those
+    /// of a directional light, and of one so far away that floats there are coarse, start at the point.
     Segment long_segment(std::size_t light, const glm::vec3& point) const {
-        if (const auto* sun = std::get_if<DirectionalLight>(&lights_[light]))
-            return {point, far_end(*sun, point)};
-        return {light_end(position_of(light), point, step_), point};
+        const LightShape& shape = shapes_[light];
+        if (is_far(shape))
+            return {point, far_end(shape, point)};
+        return {light_end(shape.at, point, step_), point};
     }
 
     /// The segment of a shadow ray, from a surface end (see `surface_end`).
     Segment shadow_segment(std::size_t light, const glm::vec3& end) const {
-        if (const auto* sun = std::get_if<DirectionalLight>(&lights_[light]))
-            return {end, far_end(*sun, end)};
-        return {end, light_end(position_of(light), end, step_)};
+        const LightShape& shape = shapes_[light];
+        return {end, is_far(shape) ? far_end(shape, end) : light_end(shape.at, end, step_)};
     }
 
 private:
-    static std::vector<Light> checked(std::span<const Light> lights) {
-        for (std::size_t i = 0; i < lights.size(); ++i)
+    static std::vector<LightShape> checked(std::span<const Light> lights) {
+        std::vector<LightShape> shapes;
+        shapes.reserve(lights.size());
+        for (std::size_t i = 0; i < lights.size(); ++i) {
             check_light(lights[i], "light " + to_text(i));
-        return {lights.begin(), lights.end()};
+            shapes.push_back(shape_of(lights[i]));
+        }
+        return shapes;
     }
 
-    const glm::vec3& position_of(std::size_t light) const {
-        if (const auto* point = std::get_if<PointLight>(&lights_[light]))
-            return point->position;
-        return std::get<SpotLight>(lights_[light]).position;
+    /// Where neighbouring floats are more than 2^-10 steps apart, or there is no place at all.
+    bool is_far(const LightShape& shape) const {
+        return shape.is_directional || largest_component(shape.at) > 0x1p14f * step_;
     }
 
-    glm::vec3 far_end(const DirectionalLight& light, const glm::vec3& point) const {
-        return point - unit_or_zero(light.direction) * reach_;
+    /// The end of a segment from `point` to a far light: the light, but no farther than the grid reaches.
+    glm::vec3 far_end(const LightShape& shape, const glm::vec3& point) const {
+        if (shape.is_directional)
+            return point + shape.at * reach_;
+        const glm::vec3 way = shape.at - point;
+        const double distance = glm::length(glm::dvec3(way));
+        if (distance > static_cast<double>(reach_))
+            return point + unit_or_zero(way) * reach_;
+        return light_end(shape.at, point, step_);
     }
 
     /// 64 lights as columns. The way from P to a light is `at - nearness * P`: nearness is 1, or 0 for a
     /// directional light, whose `at` is the way itself.
+    ///
+    /// Products of two floats are exact in double: what decides does not depend on whether a compiler fuses
+    /// them with the sums that follow.
     struct Tile {
         using Column = std::array<float, lights_per_tile>;
         Column at_x{}, at_y{}, at_z{}, nearness{};
-        Column range_squared = filled(-1.0f);  // less than any distance where there is no light
-        Column axis_x{}, axis_y{}, axis_z{}, cos_cone{};
-        bool has_cones = false;
+        // Less than any distance where there is no light.
+        std::array<double, lights_per_tile> range_squared = nothing_in_range();
+        std::vector<LightCone> cones;  // empty, or one a place
         // The box around all that the lights can reach.
         glm::vec3 box_low{std::numeric_limits<float>::infinity()};
         glm::vec3 box_high{-std::numeric_limits<float>::infinity()};
 
-        static Column filled(float value) {
-            Column column;
-            column.fill(value);
+        static std::array<double, lights_per_tile> nothing_in_range() {
+            std::array<double, lights_per_tile> column;
+            column.fill(-1.0);
             return column;
         }
 
-        void set(std::size_t l, const PointLight& light) { place(l, light.position, 1.0f, light.range); }
-        void set(std::size_t l, const DirectionalLight& light) {
-            place(l, -unit_or_zero(light.direction), 0.0f, std::numeric_limits<float>::infinity());
-        }
-        void set(std::size_t l, const SpotLight& light) {
-            place(l, light.position, 1.0f, light.range);
-            const glm::vec3 axis = unit_or_zero(light.axis);
-            axis_x[l] = axis.x;
-            axis_y[l] = axis.y;
-            axis_z[l] = axis.z;
-            cos_cone[l] = std::cos(light.cone);
-            has_cones = true;
-        }
-
-        void place(std::size_t l, const glm::vec3& at, float near_by, float range) {
-            at_x[l] = at.x;
-            at_y[l] = at.y;
-            at_z[l] = at.z;
-            nearness[l] = near_by;
-            range_squared[l] = range * range;
-            cos_cone[l] = -2.0f;  // every direction lies inside
+        void set(std::size_t l, const LightShape& shape) {
+            at_x[l] = shape.at.x;
+            at_y[l] = shape.at.y;
+            at_z[l] = shape.at.z;
+            nearness[l] = shape.is_directional ? 0.0f : 1.0f;
+            range_squared[l] = static_cast<double>(shape.range) * static_cast<double>(shape.range);
+            if (shape.cone.is_everything && cones.empty())
+                return;
+            cones.resize(lights_per_tile);
+            cones[l] = shape.cone;
         }
 
         void include(const LightBall& ball) {
@@ -172,45 +173,41 @@ private:
 
         Reaching find_reaching(const glm::vec3& point, const glm::vec3& normal) const {
             Reaching reaches;
-            for (std::size_t l = 0; l < lights_per_tile; ++l) {
-                const float x = at_x[l] - nearness[l] * point.x;
-                const float y = at_y[l] - nearness[l] * point.y;
-                const float z = at_z[l] - nearness[l] * point.z;
-                const bool faces = normal.x * x + normal.y * y + normal.z * z >= 0.0f;
-                const bool near_enough = nearness[l] * (x * x + y * y + z * z) <= range_squared[l];
-                reaches[l] = static_cast<std::uint8_t>(faces & near_enough);
-            }
-            if (has_cones)
+            for (std::size_t l = 0; l < lights_per_tile; ++l)
+                reaches[l] = static_cast<std::uint8_t>(faces_in_range(l, point, normal));
+            if (!cones.empty())
                 for (std::size_t l = 0; l < lights_per_tile; ++l)
-                    reaches[l] &= inside_cone(l, point);
+                    reaches[l] &= static_cast<std::uint8_t>(inside_cone(l, point));
             return reaches;
         }
 
         bool reaches(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
-            const float x = at_x[l] - nearness[l] * point.x;
-            const float y = at_y[l] - nearness[l] * point.y;
-            const float z = at_z[l] - nearness[l] * point.z;
-            return normal.x * x + normal.y * y + normal.z * z >= 0.0f &&
-                   nearness[l] * (x * x + y * y + z * z) <= range_squared[l] && inside_cone(l, point);
+            return faces_in_range(l, point, normal) && (cones.empty() || inside_cone(l, point));
+        }
+
+        bool faces_in_range(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
+            const auto x = static_cast<double>(at_x[l] - nearness[l] * point.x);
+            const auto y = static_cast<double>(at_y[l] - nearness[l] * point.y);
+            const auto z = static_cast<double>(at_z[l] - nearness[l] * point.z);
+            const double height = static_cast<double>(normal.x) * x + static_cast<double>(normal.y) * y +
+                                  static_cast<double>(normal.z) * z;
+            const double distance = static_cast<double>(nearness[l]) * (x * x + y * y + z * z);
+            return (height >= 0.0) & (distance <= range_squared[l]);
         }
 
         bool inside_cone(std::size_t l, const glm::vec3& point) const {
-            const float x = point.x - at_x[l];
-            const float y = point.y - at_y[l];
-            const float z = point.z - at_z[l];
-            return axis_x[l] * x + axis_y[l] * y + axis_z[l] * z >=
-                   cos_cone[l] * std::sqrt(x * x + y * y + z * z);
+            return cones[l].contains(point - glm::vec3(at_x[l], at_y[l], at_z[l]));
         }
 
         bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
             const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
-            const glm::vec3 way = (glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f));
-            const float least = (std::max)(glm::length(way) - 1.0001f * radius, 0.0f);
-            return nearness[l] * least * least <= range_squared[l];
+            const glm::dvec3 way((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
+            const double least = (std::max)(glm::length(way) - 1.0001 * static_cast<double>(radius), 0.0);
+            return static_cast<double>(nearness[l]) * least * least <= range_squared[l];
         }
     };
 
-    std::vector<Light> lights_;
+    std::vector<LightShape> shapes_;
     LightOrder order_;
     std::vector<Tile> tiles_;
     float step_;

@@ -145,6 +145,10 @@ private:
         add_cube(light.position, settings.resolution, z_near);
     }
 
+    void add_views(const RectLight& light, const ShadowMapSettings& settings, const std::string& name) {
+        add_cube(light.position, settings.resolution, near_plane(settings, name));
+    }
+
     void add_views(const DirectionalLight& light, const ShadowMapSettings& settings,
                    const std::string& name) {
         if (!settings.scene_bounds)

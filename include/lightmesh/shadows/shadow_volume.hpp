@@ -3,6 +3,7 @@
 
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/shadows/shadow_map_views.hpp>
 #include <lightmesh/shadows/shadow_volume_grid.hpp>
 #include <lightmesh/support/check.hpp>
@@ -57,8 +58,7 @@ public:
         if (const auto* sun = std::get_if<DirectionalLight>(&light)) {
             frames_.push_back(parallel_frame(*sun));
         } else {
-            const auto* point = std::get_if<PointLight>(&light);
-            add_cube(point != nullptr ? point->position : std::get<SpotLight>(light).position);
+            add_cube(detail::shape_of(light).at);
         }
         grids_ = std::make_unique<LazyGrid[]>(frames_.size());
         side_ = side_of_grid();

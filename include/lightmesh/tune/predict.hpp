@@ -103,7 +103,8 @@ PilotTiming time_pilot(const Subject<Adapters...>& subject, const Samples& pilot
 inline double count_shadow_maps(std::span<const Light> lights) {
     double count = 0.0;
     for (const Light& light : lights)
-        count += std::holds_alternative<PointLight>(light) ? 6.0 : 1.0;
+        count +=
+            std::holds_alternative<PointLight>(light) || std::holds_alternative<RectLight>(light) ? 6.0 : 1.0;
     return count;
 }
 

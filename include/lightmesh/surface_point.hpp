@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace lightmesh {
+
+/// A point to be lit, with what a renderer knows about it. World units.
+struct SurfacePoint {
+    glm::vec3 position{0.0f};  ///< P
+    /// The geometric normal at P, on the side that is shaded; its length does not matter.
+    glm::vec3 normal{0.0f};
+    /// How wide the pixel's cone is at P, across the ray and not stretched by the surface's slope: the
+    /// pixel's angle times the length of the path from the eye, through mirrors and glass the whole path. 0,
+    /// NaN or negative: unknown. What is stored never depends on it.
+    float footprint = 0.0f;
+    /// The interpolated normal of smooth shading; zero: there is none.
+    glm::vec3 shading_normal{0.0f};
+};
+
+}  // namespace lightmesh
