@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "kernels_that_run.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
 
@@ -30,38 +31,38 @@ Grid grid_of(float radius, float quality, const glm::vec3& origin = lightmesh::S
     return Grid(settings);
 }
 
-/// The indices of a hemisphere's light points.
-template <class Kernel>
-std::set<Index> points_of(const Hemisphere& hemisphere) {
+/// The positions in the grid of a hemisphere's light points, by one kind of kernels.
+std::set<Index> points_of(const lightmesh::detail::Kernels& kernels, const Hemisphere& hemisphere) {
     std::set<Index> points;
-    hemisphere.for_each_row<Kernel>([&](int y, int z, const std::uint64_t* masks) {
-        for (int x = 0; x < hemisphere.bricks().x; ++x) {
-            for (int bit = 0; bit < 64; ++bit) {
-                if ((masks[x] >> bit & 1) == 0)
-                    continue;
-                const glm::ivec3 index =
-                    4 * (hemisphere.first_brick() + glm::ivec3(x, y, z)) + lightmesh::detail::place_of(bit);
-                points.insert({index.x, index.y, index.z});
-            }
+    std::vector<lightmesh::detail::BrickMask> masks(1001);
+    const std::size_t size = kernels.find_masks(hemisphere, masks.data());
+    for (std::size_t i = 0; i < size; ++i) {
+        for (int bit = 0; bit < 64; ++bit) {
+            if ((masks[i].points >> bit & 1) == 0)
+                continue;
+            const glm::ivec3 pos = lightmesh::detail::grid_pos_of(
+                hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z), bit);
+            points.insert({pos.x, pos.y, pos.z});
         }
-    });
+    }
     return points;
 }
 
 /// The same for all kernels, or a failed check.
 std::set<Index> points_of(const Grid& grid, const glm::vec3& point, const glm::vec3& normal) {
-    const Hemisphere hemisphere(grid, point, normal);
-    const auto points = points_of<lightmesh::detail::PortableKernel>(hemisphere);
-    CHECK(points_of<lightmesh::detail::FastestKernel>(hemisphere) == points);
+    const Hemisphere hemisphere(grid, grid.locate(point), point, lightmesh::detail::unit_or_zero(normal));
+    const auto points = points_of(lightmesh::detail::portable_kernels, hemisphere);
+    for (const lightmesh::detail::Kernels* kernels : test::kernels_that_run())
+        CHECK(points_of(*kernels, hemisphere) == points);
     return points;
 }
 
 }  // namespace
 
-TEST_CASE("the numbers of a brick's light points and their places are inverse") {
+TEST_CASE("the numbers of a brick's light points and their coordinates are inverse") {
     std::set<int> seen;
     for (int bit = 0; bit < 64; ++bit) {
-        const glm::ivec3 place = lightmesh::detail::place_of(bit);
+        const glm::ivec3 place = lightmesh::detail::coord_of(bit);
         CHECK(lightmesh::detail::bit_of(place.x, place.y, place.z) == bit);
         seen.insert(place.x + 4 * place.y + 16 * place.z);
     }

@@ -1,134 +1,217 @@
 // SPDX-License-Identifier: MIT
+#include "kernels_that_run.hpp"
 #include "random_scene.hpp"
 
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/query/hemisphere.hpp>
-#include <lightmesh/query/kernels/kernels.hpp>
+#include <lightmesh/query/reaching.hpp>
 
 #include <doctest/doctest.h>
 
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
-// Every kernel that the compiler's flags allow against the plainest loops. Which these are is up to the
-// flags.
+// Every kernel that this processor can run against the plainest loops.
 
 namespace {
 
-using lightmesh::detail::AxisEntries;
-using lightmesh::detail::CellRow;
+using lightmesh::detail::Kernels;
+using Counts = std::array<std::uint16_t, 64>;
 
-constexpr int most_bricks = lightmesh::detail::Hemisphere::max_bricks_per_axis;
-
-struct Entries {
-    std::array<std::int32_t, 4 * most_bricks> x;
-    std::array<std::int32_t, 4> y, z;
-
-    Entries(test::Random& random, double limit) {
-        for (auto* values : {y.data(), z.data()})
-            for (int i = 0; i < 4; ++i)
-                values[i] = static_cast<std::int32_t>(random.uniform(-limit, limit));
-        for (std::int32_t& value : x)
-            value = static_cast<std::int32_t>(random.uniform(-limit, limit));
-    }
-    AxisEntries pointers() const { return {x.data(), y.data(), z.data()}; }
-};
-
-std::uint64_t plain_mask(const Entries& square, const Entries& height, std::int32_t radius,
-                         std::int32_t lowest, std::size_t brick) {
-    std::uint64_t mask = 0;
-    for (std::size_t z = 0; z < 4; ++z)
-        for (std::size_t y = 0; y < 4; ++y)
-            for (std::size_t x = 0; x < 4; ++x) {
-                const std::size_t at = 4 * brick + x;
-                const bool inside = square.x[at] + square.y[y] + square.z[z] < radius &&
-                                    height.x[at] + height.y[y] + height.z[z] > lowest;
-                const int bit =
-                    lightmesh::detail::bit_of(static_cast<int>(x), static_cast<int>(y), static_cast<int>(z));
-                if (inside)
-                    mask |= std::uint64_t{1} << bit;
-            }
-    return mask;
+Counts random_counts(test::Random& random) {
+    Counts counts;
+    for (std::uint16_t& count : counts)
+        count = static_cast<std::uint16_t>(random.below(5000));
+    return counts;
 }
 
-template <class Kernel>
-void check_row_masks() {
+void add_plainly(Counts& counts, std::size_t light, std::uint32_t lit, bool subtract) {
+    const int bits = std::popcount(lit);
+    counts[light] = static_cast<std::uint16_t>(subtract ? counts[light] - bits : counts[light] + bits);
+}
+
+}  // namespace
+
+TEST_CASE("the fastest kernels are among those that run") {
+    bool found = false;
+    for (const Kernels* kernels : test::kernels_that_run())
+        found |= kernels == &lightmesh::detail::kernels();
+    CHECK(found);
+    CHECK(&lightmesh::detail::kernels() == test::kernels_that_run().back());
+}
+
+TEST_CASE("kernels find the masks of plain loops over the same integers") {
     test::Random random(61);
-    for (int round = 0; round < 300; ++round) {
-        // From a few units, where ties abound, to the greatest that a hemisphere makes.
-        const double limit = round % 3 == 0 ? 4.0 : round % 3 == 1 ? 1e5 : 4.6e8;
-        const Entries square(random, limit);
-        const Entries height(random, limit);
-        const auto radius = static_cast<std::int32_t>(random.uniform(-limit, 1.2 * limit));
-        const auto lowest = static_cast<std::int32_t>(random.uniform(-limit, limit));
-        for (int bricks = 1; bricks <= most_bricks; ++bricks) {
-            std::array<std::uint64_t, most_bricks + 1> masks{};
-            masks[static_cast<std::size_t>(bricks)] = 0x1234;
-            Kernel::row_masks(square.pointers(), height.pointers(), radius, lowest, bricks, masks.data());
-            for (std::size_t b = 0; b < static_cast<std::size_t>(bricks); ++b)
-                CHECK(masks[b] == plain_mask(square, height, radius, lowest, b));
-            CHECK(masks[static_cast<std::size_t>(bricks)] == 0x1234);
+    for (const Kernels* kernels : test::kernels_that_run()) {
+        CAPTURE(kernels->name);
+        for (const float quality : {1.0f, 1.5f, 3.0f, 4.0f, 8.0f, 8.5f, 16.0f}) {
+            const lightmesh::Grid grid(lightmesh::Settings{.radius = 1.0f, .quality = quality});
+            for (int round = 0; round < (quality < 8.0f ? 40 : 4); ++round) {
+                const glm::vec3 point(random.in_box(test::Vec(-5.0), test::Vec(5.0)));
+                const lightmesh::detail::Hemisphere h(grid, grid.locate(point), point,
+                                                      glm::vec3(random.direction()));
+                std::vector<lightmesh::detail::BrickMask> masks(
+                    lightmesh::detail::Hemisphere::largest_box(quality) + 1);
+                const std::size_t size = kernels->find_masks(h, masks.data());
+                std::size_t next = 0;
+                for (int z = 0; z < h.bricks.z; ++z)
+                    for (int y = 0; y < h.bricks.y; ++y)
+                        for (int x = 0; x < h.bricks.x; ++x) {
+                            std::uint64_t expected = 0;
+                            for (int bit = 0; bit < 64; ++bit) {
+                                const glm::ivec3 at =
+                                    lightmesh::detail::grid_pos_of({x, y, z}, bit) * (1 << h.fraction_bits) -
+                                    h.position;
+                                const bool inside =
+                                    at.x * at.x + at.y * at.y + at.z * at.z < h.radius_squared &&
+                                    at.x * h.slope.x + at.y * h.slope.y + at.z * h.slope.z > h.lowest_height;
+                                expected |= static_cast<std::uint64_t>(inside) << bit;
+                            }
+                            if (expected == 0)
+                                continue;
+                            REQUIRE(next < size);
+                            CHECK(masks[next].x == x);
+                            CHECK(masks[next].y == y);
+                            CHECK(masks[next].z == z);
+                            CHECK(masks[next].points == expected);
+                            ++next;
+                        }
+                CHECK(next == size);
+            }
         }
     }
 }
 
-template <class Kernel>
-void check_add_lit() {
+TEST_CASE("kernels count and subtract the rows of cells as plain loops do") {
     test::Random random(62);
-    std::vector<std::uint8_t> store(64 * 1000);
-    for (std::uint8_t& byte : store)
-        byte = static_cast<std::uint8_t>(random.below(8) == 0 ? 0xff : random.next());
-    for (const int row_count : {0, 1, 2, 30, 31, 32, 61, 62, 63, 100, 264, 1000}) {
-        std::vector<CellRow> rows;
-        for (int r = 0; r < row_count; ++r) {
-            const auto points = static_cast<std::uint8_t>(random.below(4) == 0 ? 0xff : random.next());
-            rows.push_back({store.data() + 64 * random.below(1000), points});
-        }
-        for (std::uint32_t groups = 0; groups < 256; groups += groups < 16 ? 1 : 13) {
-            for (const std::uint32_t mask : {groups, 255 - groups}) {
-                std::array<std::uint16_t, 64> counts;
-                for (std::uint16_t& count : counts)
-                    count = static_cast<std::uint16_t>(random.below(5000));
-                std::array<std::uint16_t, 64> expected = counts;
-                for (std::size_t l = 0; l < 64; ++l) {
-                    if ((mask >> (l / 8) & 1) == 0)
-                        continue;
-                    for (const CellRow& row : rows)
-                        for (int bit = 0; bit < 8; ++bit)
-                            expected[l] = static_cast<std::uint16_t>(expected[l] + (row.lit[l] & row.points) /
-                                                                                       (1 << bit) % 2);
+    std::vector<lightmesh::detail::CellRow> store(1000);
+    for (auto& row : store)
+        for (std::uint8_t& byte : row.bytes)
+            byte = static_cast<std::uint8_t>(random.below(8) == 0 ? 0xff : random.next());
+    for (const Kernels* kernels : test::kernels_that_run()) {
+        CAPTURE(kernels->name);
+        for (const std::size_t row_count : {0, 1, 2, 30, 31, 32, 61, 62, 63, 100, 264, 1000}) {
+            for (const bool subtract : {false, true}) {
+                std::vector<lightmesh::detail::RowPoints> rows;
+                for (std::size_t r = 0; r < row_count; ++r) {
+                    const auto points =
+                        static_cast<std::uint8_t>(random.below(4) == 0 ? 0xff : random.next());
+                    rows.push_back({store[random.below(1000)].bytes.data(), points});
                 }
-                Kernel::add_lit(rows.data(), row_count, mask, counts.data());
+                Counts counts = random_counts(random);
+                Counts expected = counts;
+                for (const auto& row : rows)
+                    for (std::size_t l = 0; l < 64; ++l)
+                        add_plainly(expected, l, row.row[l] & row.points, subtract);
+                kernels->add_rows(rows.data(), rows.size(), subtract, counts.data());
                 CHECK(counts == expected);
             }
         }
     }
 }
 
-}  // namespace
+TEST_CASE("kernels count and subtract cells in words as plain loops do") {
+    test::Random random(63);
+    for (const Kernels* kernels : test::kernels_that_run()) {
+        CAPTURE(kernels->name);
+        for (const std::size_t cell_count : {0, 1, 2, 31, 32, 62, 63, 200}) {
+            for (const bool subtract : {false, true}) {
+                std::vector<std::array<std::uint64_t, 3>> words(cell_count);
+                std::vector<std::array<std::uint8_t, 64>> plain(cell_count);
+                std::vector<lightmesh::detail::WordPoints> cells;
+                for (std::size_t c = 0; c < cell_count; ++c) {
+                    words[c] = {random.next(), 0, 0};
+                    for (std::uint64_t i = random.below(9); i > 0; --i)
+                        words[c][1] |= std::uint64_t{1} << random.below(64);
+                    words[c][0] &= ~words[c][1];
+                    int rank = 0;
+                    for (std::size_t l = 0; l < 64; ++l) {
+                        const auto byte = static_cast<std::uint8_t>(1 + random.below(254));
+                        plain[c][l] = (words[c][0] >> l & 1) != 0 ? 0xff : 0;
+                        if ((words[c][1] >> l & 1) != 0) {
+                            plain[c][l] = byte;
+                            words[c][2] |= static_cast<std::uint64_t>(byte) << (8 * rank++);
+                        }
+                    }
+                    cells.push_back({words[c].data(), static_cast<std::uint8_t>(random.next())});
+                }
+                Counts counts = random_counts(random);
+                Counts expected = counts;
+                for (std::size_t c = 0; c < cell_count; ++c)
+                    for (std::size_t l = 0; l < 64; ++l)
+                        add_plainly(expected, l, plain[c][l] & cells[c].points, subtract);
+                kernels->add_words(cells.data(), cells.size(), subtract, counts.data());
+                CHECK(counts == expected);
+            }
+        }
+    }
+}
 
-TEST_CASE("the portable kernel's masks are those of plain loops") {
-    check_row_masks<lightmesh::detail::PortableKernel>();
-}
-TEST_CASE("the portable kernel's counts are those of plain loops") {
-    check_add_lit<lightmesh::detail::PortableKernel>();
+TEST_CASE("kernels divide alike, and know whether all light points agree") {
+    test::Random random(64);
+    for (const Kernels* kernels : test::kernels_that_run()) {
+        CAPTURE(kernels->name);
+        for (int round = 0; round < 500; ++round) {
+            const int count = static_cast<int>(1 + random.below(round % 2 == 0 ? 4 : 9000));
+            Counts counts;
+            for (std::uint16_t& lit : counts)
+                lit = static_cast<std::uint16_t>(random.below(2) == 0 ? 0 : count);
+            if (round % 3 != 0)
+                counts[random.below(64)] =
+                    static_cast<std::uint16_t>(random.below(static_cast<std::uint64_t>(count) + 1));
+            const std::uint64_t reaching = round % 5 == 0 ? 0 : random.next() | random.next();
+            bool agree = true;
+            std::array<float, 64> expected;
+            for (std::size_t l = 0; l < 64; ++l) {
+                const bool reaches = (reaching >> l & 1) != 0;
+                agree &= !reaches || counts[l] == 0 || counts[l] == count;
+                expected[l] = reaches ? static_cast<float>(counts[l]) / static_cast<float>(count) : 0.0f;
+            }
+            std::array<float, 64> values;
+            CHECK(kernels->divide(counts.data(), count, reaching, values.data()) == agree);
+            CHECK(values == expected);
+        }
+    }
 }
 
-#if defined(LIGHTMESH_HAS_AVX2_KERNEL)
-TEST_CASE("the AVX2 kernel's masks are those of plain loops") {
-    check_row_masks<lightmesh::detail::Avx2Kernel>();
+TEST_CASE("kernels find the lights that a point faces, also where rounding decides") {
+    test::Random random(65);
+    std::vector<lightmesh::Light> lights;
+    for (int i = 0; i < 61; ++i) {
+        const glm::vec3 at(glm::round(random.in_box(test::Vec(-4.0), test::Vec(4.0))));
+        if (i % 7 == 0)
+            lights.push_back(lightmesh::DirectionalLight{at + glm::vec3(0, 0, 0.5f)});
+        else if (i % 7 == 1)
+            lights.push_back(lightmesh::PointLight{.position = at, .range = 3.0f});
+        else
+            lights.push_back(lightmesh::PointLight{.position = at});
+    }
+    for (const bool with_ranges : {false, true}) {
+        if (!with_ranges)
+            std::erase_if(lights, [](const lightmesh::Light& light) {
+                const auto* point = std::get_if<lightmesh::PointLight>(&light);
+                return point != nullptr && std::isfinite(point->range);
+            });
+        const lightmesh::detail::LightTable table(lights, lightmesh::Grid(lightmesh::Settings{}));
+        for (int round = 0; round < 2000; ++round) {
+            // On a lattice many lights lie exactly on the tangent plane, or at their range.
+            const glm::vec3 point(glm::round(random.in_box(test::Vec(-4.0), test::Vec(4.0))));
+            glm::vec3 normal(glm::round(random.in_box(test::Vec(-1.4), test::Vec(1.4))));
+            normal = lightmesh::detail::unit_or_zero(normal);
+            std::uint64_t expected = 0;
+            for (std::size_t l = 0; l < lights.size(); ++l)
+                expected |= static_cast<std::uint64_t>(table.tile(0).faces_in_range(l, point, normal)) << l;
+            for (const Kernels* kernels : test::kernels_that_run()) {
+                CAPTURE(kernels->name);
+                CHECK(kernels->find_facing(table.tile(0), point, normal) == expected);
+                CHECK(lightmesh::detail::find_reaching(table, *kernels, 0, point, normal) == expected);
+            }
+        }
+    }
 }
-TEST_CASE("the AVX2 kernel's counts are those of plain loops") {
-    check_add_lit<lightmesh::detail::Avx2Kernel>();
-}
-#endif
-
-#if defined(LIGHTMESH_HAS_AVX512_KERNEL)
-TEST_CASE("the AVX-512 kernel's masks are those of plain loops") {
-    check_row_masks<lightmesh::detail::Avx512Kernel>();
-}
-TEST_CASE("the AVX-512 kernel's counts are those of plain loops") {
-    check_add_lit<lightmesh::detail::Avx512Kernel>();
-}
-#endif

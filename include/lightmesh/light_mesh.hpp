@@ -2,19 +2,17 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
-#include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
-#include <lightmesh/mesh/visibility_store.hpp>
-#include <lightmesh/query/kernels/kernels.hpp>
 #include <lightmesh/query/query.hpp>
-#include <lightmesh/query/query_many.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 
 #include <glm/vec3.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -38,15 +36,16 @@ namespace lightmesh {
 /// side that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero
 /// normal has no hemisphere: the result is the exact shadow ray of the case m = 0, with chi = 1. A finite
 /// point whose light points have no index (farther than 2^24 steps from the origin) throws std::out_of_range.
-template <class Tracer, class LongTest = detail::RayLongTest, class Kernel = detail::FastestKernel>
+template <class Tracer, class Source = Rays>
 class LightMesh {
     static_assert(check_intersector<Tracer>());
 
 public:
     /// Copies adapter and lights. Any number of lights, also none. Throws std::invalid_argument that names
     /// the value for settings out of range and lights that are not finite.
-    LightMesh(Tracer tracer, std::span<const Light> lights, const Settings& settings)
-        : store_(std::make_unique<const Store>(std::move(tracer), lights, settings)) {}
+    LightMesh(Tracer tracer, std::span<const Light> lights,
+              const Settings& settings) requires std::same_as<Source, Rays>
+        : filler_(std::make_unique<const Filler>(std::move(tracer), lights, settings)) {}
 
     /// The same with long tests by something else than rays. `source` is either a `DepthRenderer`, for shadow
     /// maps (LMM+ATK): nothing is rendered before a query needs it. Throws std::invalid_argument also for a
@@ -54,17 +53,17 @@ public:
     /// `Occluders`, for shadow volumes (LMM+ATO): S as with rays but within rounding of a shadow's edge;
     /// settings and bounds of shadow maps play no part. Throws what `OccluderTriangles` throws, which names a
     /// triangle that is not finite.
-    template <class Source>
-    LightMesh(Tracer tracer, Source source, std::span<const Light> lights, const Settings& settings)
-        : store_(std::make_unique<const Store>(std::move(tracer), lights, settings, std::move(source), lights,
-                                               settings)) {}
+    LightMesh(Tracer tracer, Source source, std::span<const Light> lights,
+              const Settings& settings) requires(!std::same_as<Source, Rays>)
+        : filler_(std::make_unique<const Filler>(std::move(tracer), lights, settings, std::move(source),
+                                                 lights, settings)) {}
 
     /// Number of lights: the columns of a query's result.
-    std::size_t light_count() const { return store_->lights().size(); }
+    std::size_t light_count() const { return data().lights().size(); }
     /// Where the light points lie.
-    const Grid& grid() const { return store_->grid(); }
+    const Grid& grid() const { return data().grid(); }
     /// As they were passed in.
-    const Settings& settings() const { return store_->settings(); }
+    const Settings& settings() const { return data().settings(); }
 
     /// S_i(P) of equation (3) for one light: how lit the point is, 0 in shadow to 1 lit. Throws
     /// std::out_of_range for a light that is not there. `spent`, if given, has this query's cost added.
@@ -72,8 +71,7 @@ public:
                      QueryStatistics* spent = nullptr) const {
         if (light >= light_count())
             throw_no_such_light(light);
-        detail::BrickPoints memory[detail::Hemisphere::max_entries];
-        return Query(*store_, point, normal, spent).one(light, memory);
+        return detail::query_one(*filler_, point, normal, light, spent);
     }
 
     /// S_i(P) of every light, in one pass over the neighbours: much cheaper than light by light, and the same
@@ -82,8 +80,7 @@ public:
                     QueryStatistics* spent = nullptr) const {
         if (all.size() != light_count())
             throw_wrong_size("visibilities", all.size(), light_count());
-        detail::BrickPoints memory[detail::Hemisphere::max_entries];
-        Query(*store_, point, normal, spent).all(all, memory);
+        detail::BlockQuery(*filler_, spent).run({&point, 1}, {&normal, 1}, all);
     }
 
     /// S_i(P) of every light for many points, which share the rays' batches: the same values, faster for
@@ -95,15 +92,16 @@ public:
             throw_wrong_size("normals", normals.size(), points.size());
         if (all.size() != points.size() * light_count())
             throw_wrong_size("visibilities", all.size(), points.size() * light_count());
-        detail::query_many<Kernel>(*store_, points, normals, all, spent);
+        detail::BlockQuery(*filler_, spent).run(points, normals, all);
     }
 
     /// What the mesh holds by now. Walks over all of it.
-    MeshStatistics statistics() const { return store_->statistics(); }
+    MeshStatistics statistics() const { return filler_->statistics(); }
 
 private:
-    using Store = detail::VisibilityStore<Tracer, LongTest>;
-    using Query = detail::Query<Store, Kernel>;
+    using Filler = detail::MeshFiller<Tracer, typename detail::LongTestsOf<Source>::Type>;
+
+    const detail::MeshData& data() const { return filler_->data(); }
 
     [[noreturn]] void throw_no_such_light(std::size_t light) const {
         throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) + "; the mesh has " +
@@ -115,7 +113,7 @@ private:
                                     std::to_string(expected));
     }
 
-    std::unique_ptr<const Store> store_;
+    std::unique_ptr<const Filler> filler_;
 };
 
 /// Long tests by rays, lights from any contiguous range.
@@ -124,6 +122,6 @@ LightMesh(Tracer, const Lights&, Settings) -> LightMesh<Tracer>;
 
 /// Long tests by a `DepthRenderer` or by `Occluders`, whichever the source is.
 template <class Tracer, class Source, class Lights>
-LightMesh(Tracer, Source, const Lights&, Settings) -> LightMesh<Tracer, detail::LongTestFrom<Source>>;
+LightMesh(Tracer, Source, const Lights&, Settings) -> LightMesh<Tracer, Source>;
 
 }  // namespace lightmesh

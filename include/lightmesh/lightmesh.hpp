@@ -25,6 +25,7 @@
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
+#include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/shadows/shadow_map.hpp>
 #include <lightmesh/shadows/shadow_volume.hpp>
 #include <lightmesh/statistics.hpp>

@@ -11,6 +11,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -21,11 +22,11 @@
 namespace lightmesh::detail {
 
 /// Long tests by looking into shadow maps (LMM+ATK); with `Settings::refine_shadow_maps`, by rays where a map
-/// cannot tell. The maps begin where the rays of `RayLongTest` do.
+/// cannot tell. The maps begin where the rays of `RayLongTests` do.
 template <DepthRenderer Renderer>
-class MapLongTest {
+class MapLongTests {
 public:
-    MapLongTest(Renderer renderer, std::span<const Light> lights, const Settings& settings)
+    MapLongTests(Renderer renderer, std::span<const Light> lights, const Settings& settings)
         : refine_(settings.refine_shadow_maps) {
         const auto shared = std::make_shared<SharedDepthRenderer<Renderer>>(std::move(renderer));
         ShadowMapSettings map{.resolution = settings.shadow_map_size, .scene_bounds = settings.scene_bounds};
@@ -38,28 +39,35 @@ public:
         }
     }
 
+    /// As `RayLongTests`.
     template <Intersector Tracer>
-    std::uint64_t operator()(const Tracer& tracer, const LongTestUnit& unit, LongTestCost& cost) const {
-        PendingSegments pending;
+    std::uint64_t operator()(const Tracer& tracer, const LightTable& lights, std::size_t light,
+                             std::span<const glm::vec3> points, LongTestCost& cost) const {
+        const ShadowMap<Renderer>& map = *maps_[light];
+        cost.tests += points.size();
         std::uint64_t lit = 0;
-        unit.for_each_light([&](std::size_t light, int l) {
-            const ShadowMap<Renderer>& map = *maps_[light];
-            for (int p = 0; p < 8; ++p) {
-                const glm::vec3& point = unit.points[static_cast<std::size_t>(p)];
-                const int bit = 8 * l + p;
-                if (!refine_) {
-                    lit |= static_cast<std::uint64_t>(map.visible(point)) << bit;
-                    continue;
-                }
-                const ShadowMapLookup seen = map.look_up(point);
-                if (seen == ShadowMapLookup::edge)
-                    pending.add(unit.lights.long_segment(light, point), bit);
-                else
-                    lit |= static_cast<std::uint64_t>(seen == ShadowMapLookup::lit) << bit;
+        if (!refine_) {
+            for (std::size_t i = 0; i < points.size(); ++i)
+                lit |= static_cast<std::uint64_t>(map.visible(points[i])) << i;
+            return lit;
+        }
+        std::array<glm::vec3, most_in_long_test> unsure;
+        std::array<std::uint8_t, most_in_long_test> bits;
+        std::size_t size = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const ShadowMapLookup seen = map.look_up(points[i]);
+            if (seen == ShadowMapLookup::edge) {
+                unsure[size] = points[i];
+                bits[size++] = static_cast<std::uint8_t>(i);
+            } else {
+                lit |= static_cast<std::uint64_t>(seen == ShadowMapLookup::lit) << i;
             }
-            cost.tests += 8;
-        });
-        return lit | pending.trace_all(tracer, cost);
+        }
+        const std::uint64_t open =
+            trace_long_test(tracer, lights, light, std::span<const glm::vec3>(unsure).first(size), cost);
+        for (std::size_t i = 0; i < size; ++i)
+            lit |= (open >> i & 1) << bits[i];
+        return lit;
     }
 
     std::size_t bytes() const {

@@ -7,10 +7,16 @@
 #include <lightmesh/fill/map_source.hpp>
 #include <lightmesh/fill/volume_source.hpp>
 
+#include <glm/vec3.hpp>
+
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace lightmesh {
+
+/// In place of the second adapter of a light mesh: long tests by rays of the first.
+struct Rays {};
 
 namespace detail {
 
@@ -46,36 +52,39 @@ consteval bool check_long_test_source() {
 
 namespace detail {
 
-/// In place of the long test of an adapter that does not fit, so that the compiler has one complaint only.
-struct NoLongTest {
+/// In place of the long tests of an adapter that does not fit, so that the compiler has one complaint only.
+struct NoLongTests {
     template <class... Arguments>
-    explicit NoLongTest(Arguments&&...) {}
+    explicit NoLongTests(Arguments&&...) {}
     template <class Tracer>
-    std::uint64_t operator()(const Tracer&, const LongTestUnit&, LongTestCost&) const {
+    std::uint64_t operator()(const Tracer&, const LightTable&, std::size_t, std::span<const glm::vec3>,
+                             LongTestCost&) const {
         return 0;
     }
     std::size_t bytes() const { return 0; }
 };
 
-/// The long test that the second adapter of a light mesh stands for.
+/// The long tests that the second adapter of a light mesh stands for.
 template <class Source>
-struct LongTestOf {
+struct LongTestsOf {
     static_assert(check_long_test_source<Source>());
-    using Type = NoLongTest;
+    using Type = NoLongTests;
+};
+template <>
+struct LongTestsOf<Rays> {
+    using Type = RayLongTests;
 };
 template <DepthRenderer Source>
     requires(!MeansOccluders<Source>)
-struct LongTestOf<Source> {
+struct LongTestsOf<Source> {
     static_assert(check_depth_renderer<Source>());
-    using Type = MapLongTest<Source>;
+    using Type = MapLongTests<Source>;
 };
 template <Occluders Source>
     requires(!MeansDepthRenderer<Source>)
-struct LongTestOf<Source> {
-    using Type = VolumeLongTest;
+struct LongTestsOf<Source> {
+    using Type = VolumeLongTests;
 };
-template <class Source>
-using LongTestFrom = typename LongTestOf<Source>::Type;
 
 }  // namespace detail
 }  // namespace lightmesh

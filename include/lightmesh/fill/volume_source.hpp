@@ -21,11 +21,11 @@
 namespace lightmesh::detail {
 
 /// Long tests by shadow volumes (LMM+ATO), of one copy of the user's triangles. They begin where the rays of
-/// `RayLongTest` do.
-class VolumeLongTest {
+/// `RayLongTests` do.
+class VolumeLongTests {
 public:
     template <Occluders Source>
-    VolumeLongTest(const Source& source, std::span<const Light> lights, const Settings& settings)
+    VolumeLongTests(const Source& source, std::span<const Light> lights, const Settings& settings)
         : triangles_(std::make_shared<const OccluderTriangles>(source)) {
         const auto step = static_cast<float>(Grid(settings).step());
         volumes_.reserve(lights.size());
@@ -34,16 +34,14 @@ public:
                                   "light " + to_text(i));
     }
 
+    /// As `RayLongTests`.
     template <Intersector Tracer>
-    std::uint64_t operator()(const Tracer&, const LongTestUnit& unit, LongTestCost& cost) const {
+    std::uint64_t operator()(const Tracer&, const LightTable&, std::size_t light,
+                             std::span<const glm::vec3> points, LongTestCost& cost) const {
+        cost.tests += points.size();
         std::uint64_t lit = 0;
-        unit.for_each_light([&](std::size_t light, int l) {
-            for (int p = 0; p < 8; ++p) {
-                const glm::vec3& point = unit.points[static_cast<std::size_t>(p)];
-                lit |= static_cast<std::uint64_t>(volumes_[light].visible(point)) << (8 * l + p);
-            }
-            cost.tests += 8;
-        });
+        for (std::size_t i = 0; i < points.size(); ++i)
+            lit |= static_cast<std::uint64_t>(volumes_[light].visible(points[i])) << i;
         return lit;
     }
 

@@ -1,29 +1,56 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/mesh/flood.hpp>
-#include <lightmesh/mesh/light_table.hpp>
-#include <lightmesh/query/hemisphere.hpp>
-
 #include <glm/vec3.hpp>
 
 #include <array>
-#include <atomic>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <thread>
 
-/// What is stored: the visibility scales of light points, brick by brick, tile of lights by tile of lights.
+/// What a light mesh stores, as plain structs that point to each other by index: the same in memory and in a
+/// snapshot.
 ///
-/// The unit of storing and of tracing is 8 light points (a cell of 2x2x2) by 8 lights (a group): 64 bits. A
-/// unit is written once, as a whole, before its bit in `known` is set (release), and never changes after; who
-/// sees the bit (acquire) may read it with plain loads.
+///     region 8x8x8 bricks -> brick 4x4x4 light points -> tile of 64 lights -> cells of 2x2x2 light points
+///                                        |
+///                                        +-> links, floods
+///
+/// Indices are stored plus one: 0 stands for "nothing".
 
 namespace lightmesh::detail {
 
-/// Bits of `BrickTile::known`: 8 * cell + group.
+inline constexpr int brick_side = 4;   ///< light points
+inline constexpr int region_side = 8;  ///< bricks
+inline constexpr int cells_per_brick = 8;
+
+/// Lights are handled in tiles of 64, and within a tile in groups of 8.
+inline constexpr std::size_t lights_per_tile = 64;
+inline constexpr std::size_t lights_per_group = 8;
+
+/// The number of a light point within its brick, from its coordinates there, each in 0..3. Points are
+/// numbered cell by cell: bits 8c .. 8c+7 of a mask are the 2x2x2 light points of cell c.
+constexpr int bit_of(int x, int y, int z) {
+    return 8 * (x / 2 + 2 * (y / 2) + 4 * (z / 2)) + x % 2 + 2 * (y % 2) + 4 * (z % 2);
+}
+
+/// The coordinates of a light point within its brick: the inverse of `bit_of`.
+inline glm::ivec3 coord_of(int bit) {
+    const int cell = bit / 8;
+    return {2 * (cell % 2) + bit % 2, 2 * (cell / 2 % 2) + bit / 2 % 2, 2 * (cell / 4) + bit / 4 % 2};
+}
+
+/// The brick that holds a light point, by its position in the grid.
+inline glm::ivec3 brick_of(const glm::ivec3& grid_pos) {
+    return {grid_pos.x >> 2, grid_pos.y >> 2, grid_pos.z >> 2};
+}
+/// The number of a light point within its brick, by its position in the grid.
+inline int bit_in_brick(const glm::ivec3& grid_pos) {
+    return bit_of(grid_pos.x & 3, grid_pos.y & 3, grid_pos.z & 3);
+}
+/// The position in the grid of light point `bit` of a brick.
+inline glm::ivec3 grid_pos_of(const glm::ivec3& brick_coord, int bit) {
+    return brick_side * brick_coord + coord_of(bit);
+}
+
 inline constexpr std::uint64_t every_byte = 0x0101010101010101u;
 
 /// 0xff in each byte of a brick's mask that is not 0: the cells with light points in it, for all groups of
@@ -39,104 +66,68 @@ constexpr std::uint32_t cell_bits(std::uint64_t mask) {
     return static_cast<std::uint32_t>((cells_in(mask) & 0x8040201008040201u) * every_byte >> 56);
 }
 
-/// Up to 64 lights of one brick: for each cell a row of one byte a light, bit p of it being V(L, x) of the
-/// cell's light point p.
-class BrickTile {
-public:
-    /// Which units are there.
-    std::uint64_t known() const { return known_.load(std::memory_order_acquire); }
-
-    /// The bytes of the lights, cell by cell, 8 * groups a cell; only those of known units may be read.
-    const std::uint8_t* rows() const {
-        return reinterpret_cast<const std::uint8_t*>(units_.load(std::memory_order_relaxed));
-    }
-
-    bool has_storage() const { return units_.load(std::memory_order_acquire) != nullptr; }
-
-    /// Gives the tile its 8 * groups units; only once, and by one thread at a time.
-    void set_storage(std::uint64_t* units) { units_.store(units, std::memory_order_release); }
-
-    /// Stores the units of `fresh` from values[8 * cell + group]; those that are there are left as they are:
-    /// they have the same value. By one thread at a time.
-    void publish(std::uint64_t fresh, const std::uint64_t* values, int groups) {
-        fresh &= ~known_.load(std::memory_order_relaxed);
-        std::uint64_t* units = units_.load(std::memory_order_relaxed);
-        for (std::uint64_t rest = fresh; rest != 0; rest &= rest - 1) {
-            const int bit = std::countr_zero(rest);
-            units[(bit / 8) * groups + bit % 8] = values[bit];
-        }
-        known_.fetch_or(fresh, std::memory_order_release);
-    }
-
-private:
-    std::atomic<std::uint64_t> known_{0};
-    std::atomic<std::uint64_t*> units_{nullptr};
+/// One cell and all lights of a tile: bit p of byte l is V(L, x) of light l from the cell's light point p.
+/// Never changes once its index is known.
+struct alignas(64) CellRow {
+    std::array<std::uint8_t, lights_per_tile> bytes;
 };
 
-/// The links from a brick's light points one step up along each axis.
-class BrickLinks {
-public:
-    /// Cells whose links are there, one bit a cell.
-    std::uint32_t known() const { return known_.load(std::memory_order_acquire); }
+/// Where a cell's visibilities are. Cells that few lights see by half, most of all outside foliage, take two
+/// words and a byte for each such light; the others take a `CellRow`.
+struct CellIndex {
+    std::uint32_t value = 0;
 
-    /// Light points whose link along the axis is open; only those of known cells say something.
-    std::uint64_t open(std::size_t axis) const { return open_[axis].load(std::memory_order_relaxed); }
+    static CellIndex row(std::uint32_t index) { return {2 * (index + 1)}; }
+    static CellIndex words(std::uint32_t index) { return {2 * (index + 1) + 1}; }
 
-    /// Stores the links of one cell. May be called by many threads at once: they all bring the same bits.
-    void publish(int cell, const std::array<std::uint64_t, 3>& open) {
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            open_[axis].fetch_or(open[axis], std::memory_order_relaxed);
-        known_.fetch_or(static_cast<std::uint8_t>(1u << cell), std::memory_order_release);
-    }
+    bool is_known() const { return value != 0; }
+    bool is_words() const { return (value & 1) != 0; }
+    std::uint32_t index() const { return value / 2 - 1; }
+};
 
-private:
-    std::array<std::atomic<std::uint64_t>, 3> open_{};
-    std::atomic<std::uint8_t> known_{0};
+/// Of a cell kept in words: word 0 has a bit for each light that all eight light points see, word 1 for each
+/// light that some see; from word 2 on a byte for each of the latter, bit p for light point p.
+inline constexpr int most_mixed_in_words = 8;
+
+/// 64 lights of one brick.
+struct BrickTile {
+    /// Bit 8 * cell + group: whether the lights of the group are known in the cell.
+    std::uint64_t known;
+    std::array<std::uint32_t, cells_per_brick> cells;  ///< `CellIndex` values
 };
 
 /// 4x4x4 light points.
-class Brick {
-public:
-    Brick(const glm::ivec3& place, BrickTile* tiles) : place_(place), tiles_(tiles) {}
+struct Brick {
+    std::array<std::int32_t, 3> coord;  ///< of the first light point in the grid, over 4
+    std::uint32_t floods;               ///< index of the flood that was added last (see `flood.hpp`)
+    /// For x, y and z: light points whose link one step up is open. A link is the segment between two
+    /// neighbouring light points; only those of cells in `links_known` say something.
+    std::array<std::uint64_t, 3> links;
+    /// With one tile of lights the index of that tile, or 0; with more of them the index, not plus one, of
+    /// the first of their indices in `MeshView::tile_indices`.
+    std::uint32_t tiles;
+    std::uint8_t links_known;  ///< one bit a cell
+    std::uint8_t lock;         ///< held by whoever changes tiles or floods
 
-    /// Index of the brick's first light point, over 4.
-    const glm::ivec3& place() const { return place_; }
-    BrickTile& tile(std::size_t t) const { return tiles_[t]; }
-
-    /// Stores units of a tile as `BrickTile::publish` does, after those of other threads.
-    void publish(std::size_t t, std::uint64_t fresh, const std::uint64_t* values, int groups) {
-        while (is_publishing_.exchange(true, std::memory_order_acquire))
-            std::this_thread::yield();
-        tiles_[t].publish(fresh, values, groups);
-        is_publishing_.store(false, std::memory_order_release);
-    }
-
-    BrickLinks& links() { return links_; }
-    const BrickLinks& links() const { return links_; }
-
-    /// What one of the brick's light points reaches, or null if nobody has looked yet.
-    const Reach* reach_of(int bit) const {
-        const Reach* reach = last_reach();
-        while (reach != nullptr && reach->seed_bit() != bit)
-            reach = reach->next();
-        return reach;
-    }
-    const Reach* last_reach() const { return last_reach_.load(std::memory_order_acquire); }
-    /// By one thread at a time; reach.next() must be `last_reach()`.
-    void add_reach(const Reach& reach) { last_reach_.store(&reach, std::memory_order_release); }
-
-private:
-    // In this order, and with the end of the links' padding used, a brick has 56 bytes.
-    [[no_unique_address]] BrickLinks links_;
-    std::atomic<bool> is_publishing_{false};
-    glm::ivec3 place_;
-    BrickTile* tiles_;
-    std::atomic<const Reach*> last_reach_{nullptr};
+    glm::ivec3 position() const { return {coord[0], coord[1], coord[2]}; }
 };
 
-/// The index of a light point in the grid.
-inline glm::ivec3 index_of(const Brick& brick, int bit) {
-    return brick_side * brick.place() + place_of(bit);
-}
+/// 8x8x8 places for bricks.
+struct Region {
+    std::uint64_t key;
+    std::array<std::uint32_t, region_side * region_side * region_side> bricks;
+
+    static std::size_t slot(const glm::ivec3& brick_coord) {
+        return static_cast<std::size_t>((brick_coord.x & 7) | (brick_coord.y & 7) << 3 |
+                                        (brick_coord.z & 7) << 6);
+    }
+    /// The key of the region that holds a brick.
+    static std::uint64_t key_of(const glm::ivec3& brick_coord) {
+        const auto bits = [](std::int32_t v) {
+            return static_cast<std::uint64_t>(static_cast<std::uint32_t>(v >> 3) & 0x1fffff);
+        };
+        return bits(brick_coord.x) | bits(brick_coord.y) << 21 | bits(brick_coord.z) << 42;
+    }
+};
 
 }  // namespace lightmesh::detail

@@ -1,33 +1,34 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/mesh_view.hpp>
+#include <lightmesh/support/atomics.hpp>
+
 #include <glm/vec3.hpp>
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 
-/// The linked short test. P tests one light point by a ray, the nearest that it sees: the seed. What the seed
-/// reaches over open links counts as visible from P: every step leads away from the seed, along x, y or z.
-/// That depends on the seed alone, so it is found once for each light point that becomes a seed, and kept.
+/// The linked short test. P tests one light point by a ray: the seed. What the seed's flood reaches over open
+/// links counts as visible from P: every step leads away from the seed, along x, y or z. That depends on the
+/// seed alone, so it is found once for each light point that becomes a seed, and kept with its brick.
 
 namespace lightmesh::detail {
 
 /// The bricks around a seed that hold light points within reach: a cube of them.
-struct ReachBox {
+struct FloodBox {
     static constexpr int max_side = 10;
     static constexpr std::size_t max_slots = max_side * max_side * max_side;
 
-    glm::ivec3 first;  // index of the first brick
+    glm::ivec3 first;  ///< coordinates of the first brick
     int side;
 
-    /// `seed` is the index of a light point, `quality` that of the grid.
-    ReachBox(const glm::ivec3& seed, float quality) {
+    FloodBox(const glm::ivec3& seed, float quality) {
         const int steps = static_cast<int>(radius(quality));
-        first = {(seed.x - steps) >> 2, (seed.y - steps) >> 2, (seed.z - steps) >> 2};
+        first = brick_of(seed - steps);
         side = side_of(quality);
     }
 
@@ -42,66 +43,45 @@ struct ReachBox {
         return side * side * side;
     }
 
-    bool contains(const glm::ivec3& brick) const {
-        const glm::ivec3 p = brick - first;
+    bool contains(const glm::ivec3& brick_coord) const {
+        const glm::ivec3 p = brick_coord - first;
         return p.x >= 0 && p.x < side && p.y >= 0 && p.y < side && p.z >= 0 && p.z < side;
     }
-    std::size_t slot(const glm::ivec3& brick) const {
-        const glm::ivec3 p = brick - first;
+    std::size_t slot(const glm::ivec3& brick_coord) const {
+        const glm::ivec3 p = brick_coord - first;
         return static_cast<std::size_t>(p.x + side * (p.y + side * p.z));
     }
 };
 
-/// What a seed reaches: for each brick of its box all light points, none, or those of a mask. Never changes.
-class Reach {
+/// What a seed reaches: for each brick of its box all light points, none, or those of a mask. Words:
+///
+///     seed's number in its brick << 32 | index plus one of the next flood of the brick
+///     a bit for each slot whose light points are all reached       } `bit_words` each
+///     a bit for each slot of which some are reached                }
+///     a mask for each of the latter
+class FloodView {
 public:
-    /// Where it is to be built: 8-byte words, uninitialised.
-    static std::size_t words_needed(std::size_t slots, std::size_t masks) {
-        return sizeof(Reach) / 8 + 2 * mask_words(slots) + masks;
+    explicit FloodView(const std::uint64_t* record) : record_(record) {}
+
+    static std::size_t bit_words(std::size_t slots) { return (slots + 63) / 64; }
+
+    int seed_bit() const { return static_cast<int>(record_[0] >> 32); }
+    std::uint32_t next() const { return static_cast<std::uint32_t>(record_[0]); }
+
+    /// Words of a flood in a box with so many slots.
+    std::size_t size(std::size_t slots) const {
+        const std::size_t words = bit_words(slots);
+        std::size_t sum = 1 + 2 * words;
+        for (std::size_t w = 0; w < words; ++w)
+            sum += static_cast<std::size_t>(std::popcount(record_[1 + words + w]));
+        return sum;
     }
-
-    /// reached[slot] of the light points of interest in asked[slot], for each slot of the box; `memory` has
-    /// room as `words_needed` says for `count_masks` masks. `next` is the brick's reach made before this one.
-    static const Reach* build(std::uint64_t* memory, int seed_bit, std::span<const std::uint64_t> reached,
-                              std::span<const std::uint64_t> asked, const Reach* next) {
-        const std::size_t slots = reached.size();
-        Reach* made = std::construct_at(reinterpret_cast<Reach*>(memory), seed_bit, next);
-        const std::size_t words = mask_words(slots);
-        std::uint64_t* full = memory + sizeof(Reach) / 8;
-        std::uint64_t* partial = full + words;
-        std::uint64_t* masks = partial + words;
-        std::fill_n(full, 2 * words, std::uint64_t{0});
-        for (std::size_t slot = 0; slot < slots; ++slot) {
-            const std::uint64_t bit = std::uint64_t{1} << (slot % 64);
-            if (is_partial(reached[slot], asked[slot])) {
-                partial[slot / 64] |= bit;
-                *masks++ = reached[slot];
-            } else if (reached[slot] != 0) {
-                full[slot / 64] |= bit;
-            }
-        }
-        return made;
-    }
-
-    static std::size_t count_masks(std::span<const std::uint64_t> reached,
-                                   std::span<const std::uint64_t> asked) {
-        std::size_t count = 0;
-        for (std::size_t slot = 0; slot < reached.size(); ++slot)
-            count += is_partial(reached[slot], asked[slot]) ? 1u : 0u;
-        return count;
-    }
-
-    Reach(int seed_bit, const Reach* next) : next_(next), seed_bit_(seed_bit) {}
-
-    const Reach* next() const { return next_; }
-    /// The number of the seed within its brick.
-    int seed_bit() const { return seed_bit_; }
 
     /// The light points that are reached in a slot of a box with so many. Those farther than
-    /// `ReachBox::radius` from the seed go with the others of their brick, or are left out.
+    /// `FloodBox::radius` from the seed go with the others of their brick, or are left out.
     std::uint64_t in_slot(std::size_t slot, std::size_t slots) const {
-        const std::size_t words = mask_words(slots);
-        const auto* full = reinterpret_cast<const std::uint64_t*>(this + 1);
+        const std::size_t words = bit_words(slots);
+        const std::uint64_t* full = record_ + 1;
         const std::uint64_t* partial = full + words;
         const std::uint64_t bit = std::uint64_t{1} << (slot % 64);
         if ((full[slot / 64] & bit) != 0)
@@ -115,13 +95,58 @@ public:
     }
 
 private:
-    static std::size_t mask_words(std::size_t slots) { return (slots + 63) / 64; }
-    static bool is_partial(std::uint64_t reached, std::uint64_t asked) {
-        return reached != 0 && reached != asked;
+    const std::uint64_t* record_;
+};
+
+/// Index plus one of the flood of a brick's light point; 0 if nobody has looked yet.
+inline std::uint32_t find_flood(const MeshView& mesh, const Brick& brick, int seed_bit) {
+    std::uint32_t flood = load_acquire(brick.floods);
+    while (flood != 0) {
+        const FloodView view(&mesh.words[flood - 1]);
+        if (view.seed_bit() == seed_bit)
+            break;
+        flood = view.next();
+    }
+    return flood;
+}
+
+/// What a flood needs in words, and writing them: reached[slot] of the light points of interest in
+/// asked[slot], for each slot of the box.
+class FloodRecord {
+public:
+    FloodRecord(std::span<const std::uint64_t> reached, std::span<const std::uint64_t> asked)
+        : reached_(reached), asked_(asked) {}
+
+    std::size_t size() const {
+        std::size_t sum = 1 + 2 * FloodView::bit_words(reached_.size());
+        for (std::size_t slot = 0; slot < reached_.size(); ++slot)
+            sum += is_partial(slot) ? 1u : 0u;
+        return sum;
     }
 
-    const Reach* next_;
-    alignas(8) int seed_bit_;
+    /// Into zeroed words.
+    void write(std::uint64_t* record, int seed_bit, std::uint32_t next) const {
+        const std::size_t words = FloodView::bit_words(reached_.size());
+        std::uint64_t* full = record + 1;
+        std::uint64_t* partial = full + words;
+        std::uint64_t* masks = partial + words;
+        record[0] = static_cast<std::uint64_t>(seed_bit) << 32 | next;
+        for (std::size_t slot = 0; slot < reached_.size(); ++slot) {
+            const std::uint64_t bit = std::uint64_t{1} << (slot % 64);
+            if (is_partial(slot)) {
+                partial[slot / 64] |= bit;
+                *masks++ = reached_[slot];
+            } else if (reached_[slot] != 0) {
+                full[slot / 64] |= bit;
+            }
+        }
+    }
+
+private:
+    bool is_partial(std::size_t slot) const { return reached_[slot] != 0 && reached_[slot] != asked_[slot]; }
+
+    std::span<const std::uint64_t> reached_;
+    std::span<const std::uint64_t> asked_;
 };
 
 }  // namespace lightmesh::detail

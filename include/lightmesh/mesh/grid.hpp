@@ -3,6 +3,7 @@
 
 #include <lightmesh/settings.hpp>
 #include <lightmesh/support/check.hpp>
+#include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/vec3.hpp>
@@ -57,7 +58,10 @@ public:
 
     /// The light point of an index.
     glm::vec3 position(const glm::ivec3& index) const {
-        return glm::vec3(origin_ + step_ * glm::dvec3(index));
+        using detail::rounded;
+        return {static_cast<float>(origin_.x + rounded(step_ * index.x)),
+                static_cast<float>(origin_.y + rounded(step_ * index.y)),
+                static_cast<float>(origin_.z + rounded(step_ * index.z))};
     }
 
     /// The place of a point in the grid, in steps from the origin. Throws std::out_of_range that names the

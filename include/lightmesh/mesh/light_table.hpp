@@ -3,6 +3,7 @@
 
 #include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/light_order.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
@@ -17,9 +18,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <string>
@@ -27,13 +28,79 @@
 
 namespace lightmesh::detail {
 
-/// Lights are handled in tiles of 64, and within a tile in groups of 8: the unit of what is stored and of
-/// what is traced.
-inline constexpr std::size_t lights_per_tile = 64;
-inline constexpr std::size_t lights_per_group = 8;
+/// 64 lights as columns. The way from P to a light is `at - nearness * P`: nearness is 1, or 0 for a
+/// directional light, whose `at` is the way itself. Places without a light are out of range of everything.
+struct LightColumns {
+    using Column = std::array<float, lights_per_tile>;
+    alignas(64) Column at_x{}, at_y{}, at_z{}, nearness{};
+    std::array<double, lights_per_tile> range_squared = nothing_in_range();
+    std::vector<LightCone> cones;  ///< empty, or one a place
+    std::uint64_t exists = 0;      ///< places with a light
+    bool has_ranges = false;
+    float largest_at = 0.0f;  ///< the greatest sum of the magnitudes of x, y and z
+    /// The box around all that the lights can reach.
+    glm::vec3 box_low{std::numeric_limits<float>::infinity()};
+    glm::vec3 box_high{-std::numeric_limits<float>::infinity()};
 
-/// One byte for each light of a tile: 1 if it can reach a point, else 0. Places without a light have 0.
-using Reaching = std::array<std::uint8_t, lights_per_tile>;
+    void set(std::size_t l, const LightShape& shape) {
+        at_x[l] = shape.at.x;
+        at_y[l] = shape.at.y;
+        at_z[l] = shape.at.z;
+        nearness[l] = shape.is_directional ? 0.0f : 1.0f;
+        range_squared[l] = static_cast<double>(shape.range) * static_cast<double>(shape.range);
+        exists |= std::uint64_t{1} << l;
+        has_ranges |= std::isfinite(shape.range);
+        largest_at =
+            (std::max)(largest_at, std::abs(shape.at.x) + std::abs(shape.at.y) + std::abs(shape.at.z));
+        if (!shape.cone.is_everything || !cones.empty()) {
+            cones.resize(lights_per_tile);
+            cones[l] = shape.cone;
+        }
+        include(ball_of(shape));
+    }
+
+    bool may_reach(const glm::vec3& point) const {
+        return (point.x >= box_low.x) & (point.y >= box_low.y) & (point.z >= box_low.z) &
+               (point.x <= box_high.x) & (point.y <= box_high.y) & (point.z <= box_high.z);
+    }
+
+    /// chi of equation (3) and the range. Products of two floats are exact in double: the answer does not
+    /// depend on whether a compiler fuses them with the sums that follow.
+    bool faces_in_range(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
+        const auto x = static_cast<double>(at_x[l] - nearness[l] * point.x);
+        const auto y = static_cast<double>(at_y[l] - nearness[l] * point.y);
+        const auto z = static_cast<double>(at_z[l] - nearness[l] * point.z);
+        const double height = static_cast<double>(normal.x) * x + static_cast<double>(normal.y) * y +
+                              static_cast<double>(normal.z) * z;
+        const double distance = static_cast<double>(nearness[l]) * (x * x + y * y + z * z);
+        return (height >= 0.0) & (distance <= range_squared[l]);
+    }
+
+    bool inside_cone(std::size_t l, const glm::vec3& point) const {
+        return cones.empty() || cones[l].contains(point - glm::vec3(at_x[l], at_y[l], at_z[l]));
+    }
+
+    bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
+        const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
+        const glm::dvec3 way((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
+        const double least = (std::max)(glm::length(way) - 1.0001 * static_cast<double>(radius), 0.0);
+        return static_cast<double>(nearness[l]) * least * least <= range_squared[l];
+    }
+
+private:
+    static std::array<double, lights_per_tile> nothing_in_range() {
+        std::array<double, lights_per_tile> column;
+        column.fill(-1.0);
+        return column;
+    }
+
+    void include(const LightBall& ball) {
+        // Wider by some roundings, so that no point is left out that is in range.
+        const float range = 1.00001f * ball.range + 1e-6f * largest_component(ball.middle);
+        box_low = (glm::min)(box_low, ball.middle - range);
+        box_high = (glm::max)(box_high, ball.middle + range);
+    }
+};
 
 /// The lights of a mesh, checked and laid out for loops over many of them. A light has a number, the user's
 /// own, and a place: tiles and groups are of lights in neighbouring places.
@@ -45,16 +112,14 @@ public:
           tiles_((lights.size() + lights_per_tile - 1) / lights_per_tile),
           step_(static_cast<float>(grid.step())), reach_(static_cast<float>(grid.step() * Grid::max_index)) {
         for (std::size_t place = 0; place < shapes_.size(); ++place) {
-            Tile& tile = tiles_[place / lights_per_tile];
-            const LightShape& shape = shapes_[order_.light_at(place)];
-            tile.set(place % lights_per_tile, shape);
-            tile.include(ball_of(shape));
+            tiles_[place / lights_per_tile].set(place % lights_per_tile, shapes_[order_.light_at(place)]);
         }
     }
 
     std::size_t size() const { return shapes_.size(); }
     std::size_t bytes() const {
-        return shapes_.capacity() * sizeof(LightShape) + order_.bytes() + tiles_.capacity() * sizeof(Tile);
+        return shapes_.capacity() * sizeof(LightShape) + order_.bytes() +
+               tiles_.capacity() * sizeof(LightColumns);
     }
     const LightOrder& order() const { return order_; }
     std::size_t tile_count() const { return tiles_.size(); }
@@ -66,15 +131,15 @@ public:
     /// Number of groups in a tile, 1..8.
     int tile_groups(std::size_t tile) const { return (tile_size(tile) + 7) / 8; }
 
-    /// Which lights of a tile can reach a point at all: chi of equation (3), range and cone.
-    Reaching find_reaching(std::size_t tile, const glm::vec3& point, const glm::vec3& normal) const {
-        return tiles_[tile].may_reach(point) ? tiles_[tile].find_reaching(point, normal) : Reaching{};
-    }
+    /// The lights of a tile.
+    const LightColumns& tile(std::size_t t) const { return tiles_[t]; }
 
-    /// `find_reaching` for one light.
-    bool reaches(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
+    /// Whether a light can reach a point at all: chi of equation (3), range and cone.
+    bool can_light(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
         const std::size_t place = order_.place_of(light);
-        return tiles_[place / lights_per_tile].reaches(place % lights_per_tile, point, normal);
+        const LightColumns& tile = tiles_[place / lights_per_tile];
+        return tile.faces_in_range(place % lights_per_tile, point, normal) &&
+               tile.inside_cone(place % lights_per_tile, point);
     }
 
     /// Whether any point within `radius` of the box can be reached, by range alone.
@@ -126,90 +191,9 @@ private:
         return light_end(shape.at, point, step_);
     }
 
-    /// 64 lights as columns. The way from P to a light is `at - nearness * P`: nearness is 1, or 0 for a
-    /// directional light, whose `at` is the way itself.
-    ///
-    /// Products of two floats are exact in double: what decides does not depend on whether a compiler fuses
-    /// them with the sums that follow.
-    struct Tile {
-        using Column = std::array<float, lights_per_tile>;
-        Column at_x{}, at_y{}, at_z{}, nearness{};
-        // Less than any distance where there is no light.
-        std::array<double, lights_per_tile> range_squared = nothing_in_range();
-        std::vector<LightCone> cones;  // empty, or one a place
-        // The box around all that the lights can reach.
-        glm::vec3 box_low{std::numeric_limits<float>::infinity()};
-        glm::vec3 box_high{-std::numeric_limits<float>::infinity()};
-
-        static std::array<double, lights_per_tile> nothing_in_range() {
-            std::array<double, lights_per_tile> column;
-            column.fill(-1.0);
-            return column;
-        }
-
-        void set(std::size_t l, const LightShape& shape) {
-            at_x[l] = shape.at.x;
-            at_y[l] = shape.at.y;
-            at_z[l] = shape.at.z;
-            nearness[l] = shape.is_directional ? 0.0f : 1.0f;
-            range_squared[l] = static_cast<double>(shape.range) * static_cast<double>(shape.range);
-            if (shape.cone.is_everything && cones.empty())
-                return;
-            cones.resize(lights_per_tile);
-            cones[l] = shape.cone;
-        }
-
-        void include(const LightBall& ball) {
-            // Wider by some roundings, so that no point is left out that is in range.
-            const float range = 1.00001f * ball.range + 1e-6f * largest_component(ball.middle);
-            box_low = (glm::min)(box_low, ball.middle - range);
-            box_high = (glm::max)(box_high, ball.middle + range);
-        }
-
-        bool may_reach(const glm::vec3& point) const {
-            return (point.x >= box_low.x) & (point.y >= box_low.y) & (point.z >= box_low.z) &
-                   (point.x <= box_high.x) & (point.y <= box_high.y) & (point.z <= box_high.z);
-        }
-
-        Reaching find_reaching(const glm::vec3& point, const glm::vec3& normal) const {
-            Reaching reaches;
-            for (std::size_t l = 0; l < lights_per_tile; ++l)
-                reaches[l] = static_cast<std::uint8_t>(faces_in_range(l, point, normal));
-            if (!cones.empty())
-                for (std::size_t l = 0; l < lights_per_tile; ++l)
-                    reaches[l] &= static_cast<std::uint8_t>(inside_cone(l, point));
-            return reaches;
-        }
-
-        bool reaches(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
-            return faces_in_range(l, point, normal) && (cones.empty() || inside_cone(l, point));
-        }
-
-        bool faces_in_range(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
-            const auto x = static_cast<double>(at_x[l] - nearness[l] * point.x);
-            const auto y = static_cast<double>(at_y[l] - nearness[l] * point.y);
-            const auto z = static_cast<double>(at_z[l] - nearness[l] * point.z);
-            const double height = static_cast<double>(normal.x) * x + static_cast<double>(normal.y) * y +
-                                  static_cast<double>(normal.z) * z;
-            const double distance = static_cast<double>(nearness[l]) * (x * x + y * y + z * z);
-            return (height >= 0.0) & (distance <= range_squared[l]);
-        }
-
-        bool inside_cone(std::size_t l, const glm::vec3& point) const {
-            return cones[l].contains(point - glm::vec3(at_x[l], at_y[l], at_z[l]));
-        }
-
-        bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
-            const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
-            const glm::dvec3 way((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
-            const double least = (std::max)(glm::length(way) - 1.0001 * static_cast<double>(radius), 0.0);
-            return static_cast<double>(nearness[l]) * least * least <= range_squared[l];
-        }
-    };
-
     std::vector<LightShape> shapes_;
     LightOrder order_;
-    std::vector<Tile> tiles_;
+    std::vector<LightColumns> tiles_;
     float step_;
     float reach_;
 };

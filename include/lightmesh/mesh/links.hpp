@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/adapters/concepts.hpp>
-#include <lightmesh/fill/trace.hpp>
 #include <lightmesh/mesh/brick.hpp>
-#include <lightmesh/mesh/grid.hpp>
 
-#include <glm/vec3.hpp>
-
-#include <array>
-#include <bit>
-#include <cstddef>
 #include <cstdint>
-#include <span>
 
 /// A link is the bit "the segment between two neighbouring light points is open"; it depends on neither P nor
 /// lights nor camera. Neighbours lie one step apart along x, y or z; a link is stored with the lower of them.
@@ -41,7 +32,7 @@ struct AxisSteps {
     /// Light points whose coordinate along the axis is at least c.
     static constexpr std::uint64_t from(int c) {
         std::uint64_t mask = 0;
-        for (int i = (std::max)(c, 0); i < brick_side; ++i)
+        for (int i = c; i < brick_side; ++i)
             mask |= at(i);
         return mask;
     }
@@ -59,34 +50,5 @@ struct AxisSteps {
     /// The light points one step down from those of the brick above.
     static constexpr std::uint64_t down_from(std::uint64_t above) { return (above & at(0)) << across_bricks; }
 };
-
-/// Finds the links of the cells in `missing` (one bit a cell) by rays and stores them: from each light point
-/// one step up along x, y and z. Returns the number of rays.
-template <Intersector Tracer>
-std::uint64_t fill_links(const Tracer& tracer, const Grid& grid, Brick& brick, std::uint32_t missing) {
-    std::uint64_t rays = 0;
-    for (std::uint32_t rest = missing; rest != 0; rest &= rest - 1) {
-        const int cell = std::countr_zero(rest);
-        std::array<Segment, 24> segments;
-        std::array<std::uint8_t, 24> hit;
-        for (int axis = 0; axis < 3; ++axis) {
-            for (int p = 0; p < 8; ++p) {
-                const glm::ivec3 index = index_of(brick, 8 * cell + p);
-                glm::ivec3 next = index;
-                ++next[axis];
-                segments[static_cast<std::size_t>(8 * axis + p)] = {grid.position(index),
-                                                                    grid.position(next)};
-            }
-        }
-        trace(tracer, std::span<const Segment>(segments), std::span(hit));
-        std::array<std::uint64_t, 3> open{};
-        for (std::size_t i = 0; i < segments.size(); ++i)
-            if (hit[i] == 0)
-                open[i / 8] |= std::uint64_t{1} << (static_cast<std::size_t>(8 * cell) + i % 8);
-        brick.links().publish(cell, open);
-        rays += segments.size();
-    }
-    return rays;
-}
 
 }  // namespace lightmesh::detail

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/mesh/brick_map.hpp>
-#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
 
 #include <glm/vec3.hpp>
@@ -17,134 +17,112 @@ namespace lightmesh::detail {
 
 /// Light points of one brick that belong to an interpolation set.
 struct BrickPoints {
-    Brick* brick;
+    const Brick* brick;    ///< null where a snapshot has no such brick
     std::uint64_t points;  ///< bits as in `bit_of`
+    /// Where the brick stands in the `BrickWindow` of its set: greater for bricks that come later in the
+    /// order of z, y, x.
+    std::uint32_t slot;
 };
 
-/// An interpolation set, brick by brick, in memory of the caller's.
+/// The bricks around the points of a block, each looked up once. A window stays where it is as long as the
+/// hemispheres of all points lie in it.
+class BrickWindow {
+public:
+    explicit BrickWindow(const MeshView& mesh)
+        : mesh_(mesh), side_(Hemisphere::largest_side(mesh.grid->quality()) + 3) {}
+
+    /// Makes the window hold a box of bricks; returns whether it stayed where it was.
+    bool cover(const glm::ivec3& first, const glm::ivec3& bricks) {
+        const glm::ivec3 low = first - first_;
+        const glm::ivec3 high = low + bricks;
+        if (is_placed_ && low.x >= 0 && low.y >= 0 && low.z >= 0 && high.x <= side_ && high.y <= side_ &&
+            high.z <= side_)
+            return true;
+        is_placed_ = true;
+        first_ = first - (side_ - bricks) / 2;
+        const auto size = static_cast<std::size_t>(side_ * side_ * side_);
+        for (std::size_t i = 0; i < size; ++i)
+            slots_[i] = nullptr;
+        return false;
+    }
+
+    std::uint32_t slot_of(const glm::ivec3& coord) const {
+        const glm::ivec3 p = coord - first_;
+        return static_cast<std::uint32_t>(p.x + side_ * (p.y + side_ * p.z));
+    }
+
+    /// The brick of these coordinates; if it is not there, what make(coord) returns.
+    template <class Make>
+    const Brick* find(std::uint32_t slot, const glm::ivec3& coord, Make&& make) {
+        const Brick*& known = slots_[slot];
+        if (known == nullptr) {
+            known = mesh_.find_brick(coord);
+            if (known == nullptr)
+                known = make(coord);
+        }
+        return known;
+    }
+
+private:
+    static constexpr int largest_side = Hemisphere::max_bricks_per_axis + 3;
+
+    const MeshView& mesh_;
+    int side_;
+    bool is_placed_ = false;
+    glm::ivec3 first_{0};
+    std::array<const Brick*, static_cast<std::size_t>(largest_side* largest_side* largest_side)> slots_;
+};
+
+/// An interpolation set D of equation (2), brick by brick, in memory of the caller's.
 class Neighbours {
 public:
-    /// The hemisphere neighbours; makes the bricks that are missing. `memory` has a place for each brick of
-    /// the hemisphere's box.
-    template <class Kernel>
-    void find(const Hemisphere& hemisphere, BrickMap& bricks, BrickPoints* memory) {
-        entries_ = memory;
-        first_brick_ = hemisphere.first_brick();
-        bricks_ = hemisphere.bricks();
-        RegionWindow regions(hemisphere, bricks);
-        const glm::ivec3 first = hemisphere.first_brick();
-        const int columns = hemisphere.bricks().x;
-        size_ = 0;
-        point_count_ = 0;
-        hemisphere.for_each_row<Kernel>([&](int y, int z, const std::uint64_t* masks) {
-            const RegionWindow::Row row = regions.row(first.y + y, first.z + z);
-            for (int x = 0; x < columns; ++x) {
-                if (masks[x] == 0)
-                    continue;
-                Brick* brick = row.find(first.x + x);
-                if (brick == nullptr) [[unlikely]]
-                    brick = &regions.make_brick({first.x + x, first.y + y, first.z + z}, bricks);
-                entries_[size_++] = {brick, masks[x]};
-                point_count_ += std::popcount(masks[x]);
-            }
-        });
-    }
+    Neighbours() = default;
+    /// `entries` has room for more than `size`: `size` says how much is taken.
+    Neighbours(BrickPoints* entries, std::size_t size) : entries_(entries), size_(size) { count_points(); }
 
-    std::span<BrickPoints> entries() { return {entries_, size_}; }
     std::span<const BrickPoints> entries() const { return {entries_, size_}; }
-
-    /// The box of bricks: index of its first brick, and number of bricks, in each axis.
-    const glm::ivec3& first_brick() const { return first_brick_; }
-    const glm::ivec3& bricks() const { return bricks_; }
-
-    /// The brick of a light point if that is one of the neighbours, else null.
-    const Brick* brick_with(const glm::ivec3& index) const {
-        const glm::ivec3 place(index.x >> 2, index.y >> 2, index.z >> 2);
-        const int bit = bit_of(index.x & 3, index.y & 3, index.z & 3);
-        for (const BrickPoints& entry : entries())
-            if (entry.brick->place() == place)
-                return (entry.points >> bit & 1) != 0 ? entry.brick : nullptr;
-        return nullptr;
-    }
 
     /// m of equation (3).
     int point_count() const { return point_count_; }
 
-    void clear() {
-        size_ = 0;
-        point_count_ = 0;
+    /// The entry that holds a light point, or null.
+    const BrickPoints* entry_with(const glm::ivec3& grid_pos) const {
+        const glm::ivec3 coord = brick_of(grid_pos);
+        const int bit = bit_in_brick(grid_pos);
+        for (const BrickPoints& entry : entries())
+            if (entry.brick->position() == coord)
+                return (entry.points >> bit & 1) != 0 ? &entry : nullptr;
+        return nullptr;
     }
 
     /// Removes light points: keep(entry) returns those of an entry that stay.
     template <class Keep>
     void narrow(Keep&& keep) {
         std::size_t kept = 0;
-        point_count_ = 0;
-        for (const BrickPoints& entry : entries()) {
-            const std::uint64_t points = entry.points & keep(entry);
-            if (points == 0)
-                continue;
-            entries_[kept++] = {entry.brick, points};
-            point_count_ += std::popcount(points);
+        for (std::size_t i = 0; i < size_; ++i) {
+            const std::uint64_t points = entries_[i].points & keep(std::as_const(entries_[i]));
+            entries_[kept] = {entries_[i].brick, points, entries_[i].slot};
+            kept += points != 0 ? 1u : 0u;
         }
         size_ = kept;
+        count_points();
+    }
+
+    void clear() {
+        size_ = 0;
+        point_count_ = 0;
     }
 
 private:
-    /// The regions that a hemisphere touches, each looked up once.
-    class RegionWindow {
-    public:
-        RegionWindow(const Hemisphere& hemisphere, const BrickMap& bricks)
-            : first_(region_of(hemisphere.first_brick())) {
-            const glm::ivec3 last = region_of(hemisphere.first_brick() + hemisphere.bricks() - 1);
-            for (int z = first_.z; z <= last.z; ++z)
-                for (int y = first_.y; y <= last.y; ++y)
-                    for (int x = first_.x; x <= last.x; ++x)
-                        at({x, y, z}) = bricks.find_region({x, y, z});
-        }
-
-        /// The bricks along x at one y and z.
-        struct Row {
-            Region* const* regions;
-            int first_region;
-            std::size_t slot;
-
-            Brick* find(int x) const {
-                const Region* region = regions[(x >> 3) - first_region];
-                return region != nullptr ? region->find_in_slot(slot | static_cast<std::size_t>(x & 7))
-                                         : nullptr;
-            }
-        };
-
-        Row row(int y, int z) { return {&at({first_.x, y >> 3, z >> 3}), first_.x, Region::slot({0, y, z})}; }
-
-        Brick& make_brick(const glm::ivec3& place, BrickMap& bricks) {
-            Brick& made = bricks.make_brick(place);
-            at(region_of(place)) = bricks.find_region(region_of(place));
-            return made;
-        }
-
-    private:
-        static constexpr int side = (Hemisphere::max_bricks_per_axis - 2) / region_side + 2;
-
-        static glm::ivec3 region_of(const glm::ivec3& brick) {
-            return {brick.x >> 3, brick.y >> 3, brick.z >> 3};
-        }
-
-        Region*& at(const glm::ivec3& region) {
-            const glm::ivec3 p = region - first_;
-            return regions_[static_cast<std::size_t>(p.x + side * (p.y + side * p.z))];
-        }
-
-        glm::ivec3 first_;
-        std::array<Region*, side * side * side> regions_;
-    };
+    void count_points() {
+        point_count_ = 0;
+        for (const BrickPoints& entry : entries())
+            point_count_ += std::popcount(entry.points);
+    }
 
     BrickPoints* entries_ = nullptr;
     std::size_t size_ = 0;
     int point_count_ = 0;
-    glm::ivec3 first_brick_{0};
-    glm::ivec3 bricks_{0};
 };
 
 }  // namespace lightmesh::detail

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/fill/long_fill.hpp>
 #include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/mesh/brick.hpp>
-#include <lightmesh/mesh/flood.hpp>
-#include <lightmesh/mesh/light_order.hpp>
 #include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
+#include <lightmesh/query/kernels/kernels.hpp>
 #include <lightmesh/query/neighbours.hpp>
-#include <lightmesh/query/seeds.hpp>
+#include <lightmesh/query/query_point.hpp>
+#include <lightmesh/query/reaching.hpp>
+#include <lightmesh/query/short_test.hpp>
+#include <lightmesh/query/tally.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
@@ -22,297 +26,308 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 
+/// Queries of a mesh that fills itself: first what is missing is listed, traced and stored, then it is
+/// counted.
+
 namespace lightmesh::detail {
 
-/// One query's steps, its state on the stack.
-template <class Store, class Kernel>
-class Query {
+/// S of all lights for many points, some at once: they share rays in batches, bricks, and what they have in
+/// common is counted once. Its memory is on the stack.
+template <class Filler>
+class BlockQuery {
 public:
-    /// `spent` may be null.
-    Query(const Store& store, const glm::vec3& point, const glm::vec3& normal, QueryStatistics* spent)
-        : store_(&store), spent_(spent), point_(point), normal_(unit_or_zero(normal)),
-          is_valid_(is_finite(point) && is_finite(normal)) {
-        if (is_valid_)
-            store.grid().locate(point);  // Throws, also where no light reaches.
-        if (spent_ != nullptr)
-            ++spent_->points;
-    }
+    BlockQuery(const Filler& filler, QueryStatistics* spent)
+        : filler_(filler), mesh_(filler.data().view()), kernels_(kernels()), window_(mesh_), spent_(spent) {}
 
-    /// S of one light. `memory` has `Hemisphere::max_entries` places.
-    float one(std::size_t light, BrickPoints* memory) {
-        if (!is_valid_)
-            return std::numeric_limits<float>::quiet_NaN();
-        if (!lights().reaches(light, point_, normal_))
-            return 0.0f;
-        find_neighbours(memory);
-        if (short_test() == ShortTest::linked) {
-            link_neighbours();
-        } else if (short_test() == ShortTest::exact) {
-            const int lit = count_lit(light);
-            const bool agree = lit == 0 || lit == neighbours_.point_count();
-            if (agree && sees_any_neighbour())
-                return lit == 0 ? 0.0f : 1.0f;
-            test_neighbours();
+    /// As `LightMesh::visibility` for many points.
+    void run(std::span<const glm::vec3> points, std::span<const glm::vec3> normals, std::span<float> all) {
+        all_ = all;
+        for (std::size_t done = 0; done < points.size();) {
+            done += start_block(points.subspan(done), normals.subspan(done), done);
+            if (short_test() == ShortTest::linked)
+                find_linked_neighbours();
+            find_all_changes();
+            resolve();
+            count();
+            if (short_test() == ShortTest::exact)
+                test_all_neighbours();
         }
-        const int count = neighbours_.point_count();
-        if (count == 0) {
-            note_empty();
-            return shadow_ray(light);
-        }
-        return static_cast<float>(count_lit(light)) / static_cast<float>(count);
-    }
-
-    /// S of all lights. `memory` as for `one`.
-    void all(std::span<float> values, BrickPoints* memory) {
-        if (answers_without_neighbours(values))
-            return;
-        find_neighbours(memory);
-        if (short_test() == ShortTest::linked)
-            link_neighbours();
-        const bool agree = average(values);
-        if (short_test() != ShortTest::exact || neighbours_.point_count() == 0)
-            return;
-        // If each light is seen by all neighbours or by none, it does not matter which of them P sees.
-        if (agree && sees_any_neighbour())
-            return;
-        test_neighbours();
-        average(values);
-    }
-
-    /// Whether the point or the normal is not finite, or no light reaches the point; then the values are set.
-    bool answers_without_neighbours(std::span<float> values) {
-        if (!is_valid_)
-            std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
-        else if (!any_light_reaches())
-            std::ranges::fill(values, 0.0f);
-        else
-            return false;
-        return true;
-    }
-
-    /// The hemisphere neighbours. Returns how many places of `memory` are taken.
-    std::size_t find_neighbours(BrickPoints* memory) {
-        const Hemisphere hemisphere(store_->grid(), point_, normal_);
-        neighbours_.template find<Kernel>(hemisphere, store_->bricks(), memory);
-        if (short_test() == ShortTest::linked)
-            candidates_ = {store_->grid(), point_, normal_};
-        return neighbours_.entries().size();
-    }
-
-    /// The segment to the next light point that may be the seed of the linked short test; false if there is
-    /// none left.
-    bool next_seed(Segment& segment) {
-        while (!candidates_.empty()) {
-            seed_ = candidates_.next();
-            seed_brick_ = neighbours_.brick_with(seed_);
-            if (seed_brick_ == nullptr)
-                continue;
-            if (spent_ != nullptr)
-                ++spent_->short_rays;
-            segment = {surface_end(), store_->grid().position(seed_)};
-            return true;
-        }
-        neighbours_.clear();
-        return false;
-    }
-
-    /// The linked short test, P being known to see the seed.
-    void link_to_seed() {
-        const ReachBox box(seed_, store_->settings().quality);
-        const std::size_t slots = ReachBox::slots(store_->settings().quality);
-        const Reach& reach = store_->reach_of(*seed_brick_, seed_);
-        neighbours_.narrow([&](const BrickPoints& entry) {
-            const glm::ivec3& place = entry.brick->place();
-            return box.contains(place) ? reach.in_slot(box.slot(place), slots) : std::uint64_t{0};
-        });
-    }
-
-    /// Equation (3) for all lights. True if for each light that reaches P all neighbours agree, and there are
-    /// some.
-    bool average(std::span<float> values) {
-        const int count = neighbours_.point_count();
-        if (count == 0) {
-            trace_shadow_rays(values);
-            return false;
-        }
-        if (!lights().order().is_given())
-            return average_reordered(count, values);
-        bool agree = true;
-        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
-            const auto first = t * lights_per_tile;
-            agree &= average_tile(t, count,
-                                  values.subspan(first, static_cast<std::size_t>(lights().tile_size(t))));
-        }
-        return agree;
     }
 
 private:
-    const LightTable& lights() const { return store_->lights(); }
-    ShortTest short_test() const { return store_->settings().short_test; }
+    static constexpr std::size_t most_points = most_segments;
+    static constexpr std::size_t most_entries = 2048;
+    static constexpr std::size_t most_cached_tiles = 16;
+    static constexpr std::size_t most_changes_of_point = 24;
 
-    const Reaching& reaching(std::size_t tile) {
-        if (tile != reaching_tile_) {
-            reaching_ = lights().find_reaching(tile, point_, normal_);
-            reaching_tile_ = tile;
-        }
-        return reaching_;
+    const LightTable& lights() const { return *mesh_.lights; }
+    const Grid& grid() const { return *mesh_.grid; }
+    ShortTest short_test() const { return mesh_.settings->short_test; }
+    std::span<QueryPoint> points() { return std::span(points_).first(point_count_); }
+
+    std::span<float> row(const QueryPoint& point) const {
+        return all_.subspan(point.row * lights().size(), lights().size());
     }
 
-    bool any_light_reaches() {
-        for (std::size_t t = 0; t < lights().tile_count(); ++t)
-            if (groups_with_any(reaching(t)) != 0)
-                return true;
-        return false;
+    std::uint64_t reaching(const QueryPoint& point, std::size_t tile) const {
+        if (tile < most_cached_tiles)
+            return reaching_[static_cast<std::size_t>(&point - points_.data())][tile];
+        return find_reaching(lights(), kernels_, tile, point.position, point.normal);
     }
 
-    void link_neighbours() {
-        Segment segment;
-        while (next_seed(segment)) {
-            if (!store_->tracer().occluded(segment))
-                return link_to_seed();
-        }
-    }
-
-    /// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
-    bool sees_any_neighbour() const {
-        const glm::vec3 end = surface_end();
-        for (const BrickPoints& entry : neighbours_.entries()) {
-            for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
-                if (spent_ != nullptr)
-                    ++spent_->short_rays;
-                const glm::ivec3 index = index_of(*entry.brick, std::countr_zero(rest));
-                if (!store_->tracer().occluded(Segment{end, store_->grid().position(index)}))
-                    return true;
+    /// Takes as many points as there is room for, and finds their hemispheres. Returns how many; those whose
+    /// result needs no neighbours are done.
+    std::size_t start_block(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
+                            std::size_t first_row) {
+        const std::size_t room = Hemisphere::largest_box(grid().quality());
+        std::size_t entry_count = 0;
+        std::size_t taken = 0;
+        point_count_ = 0;
+        window_count_ = 0;
+        for (; taken < positions.size() && point_count_ < most_points; ++taken) {
+            if (entry_count + room > most_entries)
+                break;
+            QueryPoint& point = points_[point_count_];
+            point = QueryPoint(positions[taken], normals[taken]);
+            point.row = first_row + taken;
+            if (spent_ != nullptr)
+                ++spent_->points;
+            if (!is_finite(positions[taken]) || !is_finite(normals[taken])) {
+                std::ranges::fill(row(point), std::numeric_limits<float>::quiet_NaN());
+                continue;
             }
+            point.grid_place = grid().locate(point.position);
+            if (!find_reaching_lights(point)) {
+                std::ranges::fill(row(point), 0.0f);
+                continue;
+            }
+            entry_count += find_neighbours(point, &entries_[entry_count]);
+            if (short_test() == ShortTest::linked)
+                point.seeds = {grid(), point.grid_place, point.position, point.normal};
+            ++point_count_;
         }
-        return false;
+        return taken;
     }
 
-    /// The short test of equation (2), by a ray for each neighbour.
-    void test_neighbours() {
-        const glm::vec3 end = surface_end();
-        neighbours_.narrow([&](const BrickPoints& entry) {
-            std::array<Segment, most_segments> segments;
-            std::array<std::uint8_t, most_segments> hit;
+    /// Whether any light reaches the point.
+    bool find_reaching_lights(const QueryPoint& point) {
+        std::uint64_t any = 0;
+        auto& cached = reaching_[static_cast<std::size_t>(&point - points_.data())];
+        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
+            const std::uint64_t lit = find_reaching(lights(), kernels_, t, point.position, point.normal);
+            if (t < most_cached_tiles)
+                cached[t] = lit;
+            any |= lit;
+            if (t >= most_cached_tiles && any != 0)
+                break;
+        }
+        return any != 0;
+    }
+
+    std::size_t find_neighbours(QueryPoint& point, BrickPoints* entries) {
+        const Hemisphere hemisphere(grid(), point.grid_place, point.position, point.normal);
+        BrickMask masks[hemisphere_capacity];
+        const std::size_t size = kernels_.find_masks(hemisphere, masks);
+        if (!window_.cover(hemisphere.first_brick, hemisphere.bricks))
+            ++window_count_;
+        point.window = window_count_;
+        for (std::size_t i = 0; i < size; ++i) {
+            const glm::ivec3 coord = hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z);
+            const std::uint32_t slot = window_.slot_of(coord);
+            const Brick* brick = window_.find(
+                slot, coord, [this](const glm::ivec3& missing) { return filler_.make_brick(missing); });
+            entries[i] = {brick, masks[i].points, slot};
+        }
+        point.neighbours = Neighbours(entries, size);
+        return size;
+    }
+
+    /// The linked short test: seeds by rays in batches, the next one of each point that did not see its last.
+    void find_linked_neighbours() {
+        mesh_ = filler_.data().view();
+        std::array<std::uint8_t, most_points> waiting;
+        std::size_t waiting_count = 0;
+        for (std::size_t i = 0; i < point_count_; ++i)
+            waiting[waiting_count++] = static_cast<std::uint8_t>(i);
+        while (waiting_count != 0) {
+            std::array<Segment, most_points> segments;
+            std::array<std::uint8_t, most_points> hit;
             std::size_t size = 0;
-            for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
-                const glm::ivec3 index = index_of(*entry.brick, std::countr_zero(rest));
-                segments[size++] = {end, store_->grid().position(index)};
+            for (std::size_t k = 0; k < waiting_count; ++k) {
+                QueryPoint& point = points_[waiting[k]];
+                if (point.next_seed()) {
+                    segments[size] = {surface_end_of(point, grid()), grid().position(point.seed)};
+                    waiting[size++] = waiting[k];
+                }
             }
-            trace(store_->tracer(), std::span(segments).first(size), std::span(hit).first(size));
+            trace(filler_.tracer(), std::span<const Segment>(segments).first(size),
+                  std::span(hit).first(size));
             if (spent_ != nullptr)
                 spent_->short_rays += size;
-            std::uint64_t seen = 0;
-            std::size_t i = 0;
-            for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1)
-                if (hit[i++] == 0)
-                    seen |= rest & (~rest + 1);
-            return seen;
-        });
+            waiting_count = 0;
+            for (std::size_t k = 0; k < size; ++k) {
+                if (hit[k] != 0)
+                    waiting[waiting_count++] = waiting[k];
+                else
+                    link_to_seed(filler_, mesh_, points_[waiting[k]]);
+            }
+        }
     }
 
-    bool average_tile(std::size_t tile, int count, std::span<float> values) {
-        const Reaching& reaches = reaching(tile);
-        const std::uint32_t groups = groups_with_any(reaches);
-        alignas(64) std::array<std::uint16_t, lights_per_tile> lit{};
-        if (groups != 0)
-            add_lit(tile, groups, lit.data());
-        // Plain loops of fixed length, for the sake of vector instructions.
-        std::uint32_t mixed = 0;
-        for (std::size_t l = 0; l < lit.size(); ++l) {
-            lit[l] = static_cast<std::uint16_t>(lit[l] & -reaches[l]);
-            mixed |= static_cast<std::uint32_t>(lit[l]) * (static_cast<std::uint32_t>(count) - lit[l]);
-        }
-        const auto whole = static_cast<float>(count);
-        if (values.size() == lit.size()) {
-            for (std::size_t l = 0; l < lit.size(); ++l)
-                values[l] = static_cast<float>(lit[l]) / whole;
-        } else {
-            for (std::size_t l = 0; l < values.size(); ++l)
-                values[l] = static_cast<float>(lit[l]) / whole;
-        }
-        return mixed == 0;
-    }
-
-    /// `average` where the lights' places are not their numbers: most tiles then reach nothing.
-    bool average_reordered(int count, std::span<float> values) {
-        std::ranges::fill(values, 0.0f);
-        bool agree = true;
-        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
-            if (groups_with_any(reaching(t)) == 0)
+    /// For each point how its set differs from that of the point before, if that is little.
+    void find_all_changes() {
+        std::size_t size = 0;
+        for (std::size_t i = 1; i < point_count_; ++i) {
+            QueryPoint& point = points_[i];
+            const QueryPoint& before = points_[i - 1];
+            const std::span<const BrickPoints> old_set = before.neighbours.entries();
+            const std::span<const BrickPoints> new_set = point.neighbours.entries();
+            if (point.window != before.window || old_set.empty() || new_set.empty() ||
+                old_set.size() + new_set.size() > 4 * most_changes_of_point)
                 continue;
-            std::array<float, lights_per_tile> in_tile;
-            const auto size = static_cast<std::size_t>(lights().tile_size(t));
-            agree &= average_tile(t, count, std::span(in_tile).first(size));
-            for (std::size_t l = 0; l < size; ++l)
-                values[lights().order().light_at(t * lights_per_tile + l)] = in_tile[l];
+            const std::size_t found = find_changes(old_set, new_set, &changes_[size]);
+            int changed_points = 0;
+            for (std::size_t c = 0; c < found; ++c)
+                changed_points +=
+                    std::popcount(changes_[size + c].added) + std::popcount(changes_[size + c].removed);
+            if (found > most_changes_of_point || 2 * changed_points > point.neighbours.point_count())
+                continue;
+            point.differs_little = true;
+            point.first_change = static_cast<std::uint32_t>(size);
+            point.change_count = static_cast<std::uint32_t>(found);
+            size += found;
         }
-        return agree;
     }
 
-    static std::uint32_t groups_with_any(const Reaching& reaching) {
-        std::uint32_t groups = 0;
-        for (std::size_t g = 0; g < 8; ++g) {
-            std::uint64_t lights;
-            std::memcpy(&lights, &reaching[8 * g], sizeof lights);
-            groups |= static_cast<std::uint32_t>(lights != 0) << g;
-        }
-        return groups;
+    std::span<const BrickChange> changes_of(const QueryPoint& point) const {
+        return std::span(changes_).subspan(point.first_change, point.change_count);
     }
 
-    /// Adds to lit[l] the number of neighbours that see light l of the tile, for the groups of lights in the
-    /// mask.
-    void add_lit(std::size_t tile, std::uint32_t groups, std::uint16_t* lit) {
-        constexpr int capacity = 256;
-        std::array<CellRow, capacity + cells_per_brick> rows;
-        int size = 0;
-        const auto stride = static_cast<std::size_t>(lights().tile_groups(tile));
-        for (const BrickPoints& entry : neighbours_.entries()) {
-            const std::uint8_t* lit_in_brick = known_tile(entry, tile, groups).rows();
-            std::uint64_t cells = cells_in(entry.points) & every_byte;
-            for (; cells != 0; cells &= cells - 1) {
-                const auto first =
-                    static_cast<std::size_t>(std::countr_zero(cells));  // bit, and byte of 8 lights
-                rows[static_cast<std::size_t>(size++)] = {lit_in_brick + first * stride,
-                                                          static_cast<std::uint8_t>(entry.points >> first)};
-            }
-            if (size > capacity) {
-                Kernel::add_lit(rows.data(), size, groups, lit);
-                size = 0;
-            }
-        }
-        Kernel::add_lit(rows.data(), size, groups, lit);
-    }
-
-    /// The number of neighbours that see one light.
-    int count_lit(std::size_t light) {
-        const std::size_t tile = lights().order().place_of(light) / lights_per_tile;
-        const std::size_t place = lights().order().place_of(light) % lights_per_tile;
-        const auto stride = static_cast<std::size_t>(8 * lights().tile_groups(tile));
-        int lit = 0;
-        for (const BrickPoints& entry : neighbours_.entries()) {
-            const std::uint8_t* lit_in_brick = known_tile(entry, tile, 1u << (place / 8)).rows();
-            for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
-                const auto points = static_cast<std::uint8_t>(entry.points >> (8 * cell));
-                if (points == 0)
+    /// Lists the units that the block lacks, finds and stores them.
+    void resolve() {
+        missing_.clear();
+        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
+            std::uint32_t groups_before = 0;
+            for (std::size_t i = 0; i < point_count_; ++i) {
+                const QueryPoint& point = points_[i];
+                const std::uint32_t groups = groups_of(reaching(point, t));
+                const bool is_checked = point.differs_little && (groups & ~groups_before) == 0;
+                groups_before = groups;
+                if (groups == 0)
                     continue;
-                lit += std::popcount(static_cast<std::uint8_t>(lit_in_brick[cell * stride + place] & points));
+                if (is_checked) {
+                    for (const BrickChange& change : changes_of(point))
+                        need(*change.brick, t, change.added, groups);
+                } else {
+                    for (const BrickPoints& entry : point.neighbours.entries())
+                        need(*entry.brick, t, entry.points, groups);
+                }
             }
         }
-        return lit;
+        if (!missing_.entries().empty())
+            filler_.fill(missing_);
+        mesh_ = filler_.data().view();
     }
 
-    /// The entry's tile, after making sure that its light points know the lights of the groups.
-    const BrickTile& known_tile(const BrickPoints& entry, std::size_t t, std::uint32_t groups) const {
-        return store_->known_tile(*entry.brick, t, cells_in(entry.points) & (groups * every_byte));
+    void need(const Brick& brick, std::size_t tile, std::uint64_t points, std::uint32_t groups) {
+        const std::uint64_t missing = mesh_.missing(brick, tile, cells_in(points) & (groups * every_byte));
+        if (missing == 0 || missing_.add(brick, tile, missing)) [[likely]]
+            return;
+        filler_.fill(missing_);
+        missing_.clear();
+        missing_.add(brick, tile, missing);
     }
 
-    glm::vec3 surface_end() const {
-        return detail::surface_end(point_, normal_, static_cast<float>(store_->grid().step()));
+    /// Equation (3) for all points. Purely: nothing is traced but the shadow rays of points without
+    /// neighbours.
+    void count() {
+        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
+            Tally tally(mesh_, kernels_, t);
+            std::uint32_t counted_groups = 0;
+            const QueryPoint* counted = nullptr;
+            for (QueryPoint& point : points()) {
+                const std::uint64_t lit = reaching(point, t);
+                const std::uint32_t groups = groups_of(lit);
+                if (groups == 0) {
+                    give(point, t, nullptr);
+                    continue;
+                }
+                if (point.neighbours.point_count() == 0) {
+                    trace_shadow_rays(point, t, lit);
+                    continue;
+                }
+                if (point.differs_little && counted == &point - 1 && (groups & ~counted_groups) == 0) {
+                    for (const BrickChange& change : changes_of(point)) {
+                        tally.add(*change.brick, change.added);
+                        tally.remove(*change.brick, change.removed);
+                    }
+                } else {
+                    tally.start_anew();
+                    for (const BrickPoints& entry : point.neighbours.entries())
+                        tally.add(*entry.brick, entry.points);
+                }
+                tally.finish();
+                counted = &point;
+                counted_groups = groups;
+                divide(point, t, tally, lit);
+            }
+        }
+        for (const QueryPoint& point : points())
+            if (point.neighbours.point_count() == 0)
+                note_empty();
+    }
+
+    void divide(QueryPoint& point, std::size_t tile, const Tally& tally, std::uint64_t lit) {
+        alignas(64) std::array<float, lights_per_tile> values;
+        point.lights_agree &=
+            kernels_.divide(tally.counts(), point.neighbours.point_count(), lit, values.data());
+        give(point, tile, values.data());
+    }
+
+    /// Writes the values of a tile to the point's row; null: all 0.
+    void give(const QueryPoint& point, std::size_t tile, const float* values) {
+        const std::span<float> result = row(point);
+        const std::size_t first = tile * lights_per_tile;
+        const auto size = static_cast<std::size_t>(lights().tile_size(tile));
+        if (lights().order().is_given()) {
+            if (values != nullptr)
+                std::copy_n(values, size, result.data() + first);
+            else
+                std::fill_n(result.data() + first, size, 0.0f);
+            return;
+        }
+        for (std::size_t l = 0; l < size; ++l)
+            result[lights().order().light_at(first + l)] = values != nullptr ? values[l] : 0.0f;
+    }
+
+    /// The short test of equation (2) by rays, where it can change the result.
+    void test_all_neighbours() {
+        for (QueryPoint& point : points()) {
+            // If each light is seen by all neighbours or by none, it does not matter which of them P sees.
+            if (point.neighbours.point_count() == 0 ||
+                (point.lights_agree && sees_any_neighbour(filler_.tracer(), mesh_, point, spent_)))
+                continue;
+            test_neighbours(filler_.tracer(), mesh_, point, spent_);
+            if (point.neighbours.point_count() == 0)
+                note_empty();
+            for (std::size_t t = 0; t < lights().tile_count(); ++t) {
+                const std::uint64_t lit = reaching(point, t);
+                if (lit == 0)
+                    continue;
+                if (point.neighbours.point_count() == 0) {
+                    trace_shadow_rays(point, t, lit);
+                    continue;
+                }
+                Tally tally(mesh_, kernels_, t);
+                for (const BrickPoints& entry : point.neighbours.entries())
+                    tally.add(*entry.brick, entry.points);
+                tally.finish();
+                divide(point, t, tally, lit);
+            }
+        }
     }
 
     void note_empty() {
@@ -321,35 +336,114 @@ private:
     }
 
     /// The case m = 0 of equation (3).
-    float shadow_ray(std::size_t light) {
-        if (spent_ != nullptr)
-            ++spent_->shadow_rays;
-        return store_->tracer().occluded(lights().shadow_segment(light, surface_end())) ? 0.0f : 1.0f;
+    void trace_shadow_rays(const QueryPoint& point, std::size_t tile, std::uint64_t lit) {
+        std::array<float, lights_per_tile> values{};
+        for (std::uint64_t rest = lit; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            const std::size_t light = lights().order().light_at(tile * lights_per_tile + l);
+            values[l] =
+                filler_.tracer().occluded(lights().shadow_segment(light, surface_end_of(point, grid())))
+                    ? 0.0f
+                    : 1.0f;
+            if (spent_ != nullptr)
+                ++spent_->shadow_rays;
+        }
+        give(point, tile, values.data());
     }
 
-    void trace_shadow_rays(std::span<float> values) {
-        note_empty();
-        for (std::size_t t = 0; t < lights().tile_count(); ++t) {
-            const Reaching& reaches = reaching(t);
-            for (int l = 0; l < lights().tile_size(t); ++l) {
-                const std::size_t light =
-                    lights().order().light_at(t * lights_per_tile + static_cast<std::size_t>(l));
-                values[light] = reaches[static_cast<std::size_t>(l)] != 0 ? shadow_ray(light) : 0.0f;
+    static constexpr std::size_t hemisphere_capacity =
+        Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis;
+
+    const Filler& filler_;
+    MeshView mesh_;
+    const Kernels& kernels_;
+    BrickWindow window_;
+    QueryStatistics* spent_;
+    std::span<float> all_;
+    std::size_t point_count_ = 0;
+    std::uint32_t window_count_ = 0;
+    MissingList missing_;
+    std::array<QueryPoint, most_points> points_;
+    std::array<std::array<std::uint64_t, most_cached_tiles>, most_points> reaching_;
+    std::array<BrickPoints, most_entries> entries_;
+    std::array<BrickChange, (most_points + 4) * most_changes_of_point> changes_;
+};
+
+/// S of one light at one point, as `LightMesh::visibility`.
+template <class Filler>
+float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3& normal, std::size_t light,
+                QueryStatistics* spent) {
+    if (spent != nullptr)
+        ++spent->points;
+    if (!is_finite(position) || !is_finite(normal))
+        return std::numeric_limits<float>::quiet_NaN();
+    MeshView mesh = filler.data().view();
+    QueryPoint point(position, normal);
+    point.grid_place = mesh.grid->locate(position);
+    if (!mesh.lights->can_light(light, position, point.normal))
+        return 0.0f;
+
+    const Hemisphere hemisphere(*mesh.grid, point.grid_place, point.position, point.normal);
+    constexpr std::size_t capacity =
+        Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis;
+    BrickMask masks[capacity];
+    BrickPoints entries[capacity];
+    const std::size_t size = kernels().find_masks(hemisphere, masks);
+    for (std::size_t i = 0; i < size; ++i) {
+        const glm::ivec3 coord = hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z);
+        const Brick* brick = mesh.find_brick(coord);
+        entries[i] = {brick != nullptr ? brick : filler.make_brick(coord), masks[i].points, 0};
+    }
+    point.neighbours = Neighbours(entries, size);
+    mesh = filler.data().view();
+    const ShortTest short_test = mesh.settings->short_test;
+    if (short_test == ShortTest::linked) {
+        point.seeds = {*mesh.grid, point.grid_place, point.position, point.normal};
+        while (point.next_seed()) {
+            if (spent != nullptr)
+                ++spent->short_rays;
+            if (!filler.tracer().occluded(
+                    Segment{surface_end_of(point, *mesh.grid), mesh.grid->position(point.seed)})) {
+                link_to_seed(filler, mesh, point);
+                break;
             }
         }
     }
 
-    const Store* store_;
-    QueryStatistics* spent_;
-    glm::vec3 point_;
-    glm::vec3 normal_;
-    bool is_valid_;
-    Neighbours neighbours_;
-    SeedCandidates candidates_;
-    glm::ivec3 seed_{0};
-    const Brick* seed_brick_ = nullptr;
-    std::size_t reaching_tile_ = (std::numeric_limits<std::size_t>::max)();
-    Reaching reaching_;
-};
+    const std::size_t place = mesh.lights->order().place_of(light);
+    const std::size_t tile = place / lights_per_tile;
+    const std::uint64_t group = every_byte << (place % lights_per_tile / lights_per_group);
+    MissingList missing;
+    for (const BrickPoints& entry : point.neighbours.entries()) {
+        const std::uint64_t units = mesh.missing(*entry.brick, tile, cells_in(entry.points) & group);
+        if (units != 0 && !missing.add(*entry.brick, tile, units)) {
+            filler.fill(missing);
+            missing.clear();
+            missing.add(*entry.brick, tile, units);
+        }
+    }
+    if (!missing.entries().empty()) {
+        filler.fill(missing);
+        mesh = filler.data().view();
+    }
+    const auto lit = [&] {
+        return count_lit(mesh, point.neighbours.entries(), tile, place % lights_per_tile);
+    };
+    if (short_test == ShortTest::exact && point.neighbours.point_count() != 0) {
+        const int seen = lit();
+        if ((seen == 0 || seen == point.neighbours.point_count()) &&
+            sees_any_neighbour(filler.tracer(), mesh, point, spent))
+            return seen == 0 ? 0.0f : 1.0f;
+        test_neighbours(filler.tracer(), mesh, point, spent);
+    }
+    if (point.neighbours.point_count() != 0)
+        return static_cast<float>(lit()) / static_cast<float>(point.neighbours.point_count());
+    if (spent != nullptr) {
+        ++spent->empty_points;
+        ++spent->shadow_rays;
+    }
+    const Segment ray = mesh.lights->shadow_segment(light, surface_end_of(point, *mesh.grid));
+    return filler.tracer().occluded(ray) ? 0.0f : 1.0f;
+}
 
 }  // namespace lightmesh::detail

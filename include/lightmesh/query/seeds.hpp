@@ -8,57 +8,70 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 
 namespace lightmesh::detail {
 
-/// The light points that a surface point may take as its seed: the corners of the grid cube that holds a
-/// place just in front of it. In front by more than the tie rule of `Hemisphere` asks for, so that the cube
-/// of a wall on a grid plane is the one before it, not the one behind.
+/// The light points that a surface point may take as seeds of the linked short test, around a place just in
+/// front of it. In front by more than the tie rule of `Hemisphere` asks for, so that a wall on a grid plane
+/// takes those before it, not those behind.
 ///
-/// One after the other, those with an even sum of indices first, the nearer ones before the others. Half of
-/// all light points are even, none farther than a step from any place: so there are half as many seeds to
-/// keep something for.
+/// First those of the grid cube that holds the place whose positions in the grid have an even sum, the nearer
+/// ones before the others; then the other corners of the cube. So there are half as many light points to keep
+/// floods for.
 class SeedCandidates {
 public:
+    static constexpr int count = 8;
+
     SeedCandidates() = default;
 
-    SeedCandidates(const Grid& grid, const glm::vec3& point, const glm::vec3& unit_normal) {
+    SeedCandidates(const Grid& grid, const glm::dvec3& grid_place, const glm::vec3& point,
+                   const glm::vec3& unit_normal) {
         const double rounding = static_cast<double>(largest_component(point)) * 0x1p-20 / grid.step();
-        const glm::dvec3 place = grid.locate(point) + (0x1p-8 + rounding) * glm::dvec3(unit_normal);
+        // A power of two, so that its products are exact.
+        int exponent;
+        static_cast<void>(std::frexp(0x1p-8 + rounding, &exponent));
+        const double in_front = std::ldexp(1.0, exponent);
+        const glm::dvec3 place = grid_place + in_front * glm::dvec3(unit_normal);
         low_ = {floor_to_int(place.x), floor_to_int(place.y), floor_to_int(place.z)};
-        const glm::vec3 fraction(place - glm::dvec3(low_));
-        for (int corner = 0; corner < 8; ++corner) {
-            const glm::vec3 way = glm::vec3(step_to(corner)) - fraction;
-            constexpr float beyond_all_even = 16.0f;
-            ranks_[static_cast<std::size_t>(corner)] =
-                way.x * way.x + way.y * way.y + way.z * way.z + (is_even(corner) ? 0.0f : beyond_all_even);
+        const glm::ivec3 fraction{floor_to_int((place.x - low_.x) * 1024.0),
+                                  floor_to_int((place.y - low_.y) * 1024.0),
+                                  floor_to_int((place.z - low_.z) * 1024.0)};
+        for (int corner = 0; corner < count; ++corner) {
+            const glm::ivec3 way = 1024 * step_to(corner) - fraction;
+            constexpr std::int32_t beyond_all_even = 1 << 24;
+            // In the low bits the corner itself: ties are broken in a fixed order.
+            ranks_[static_cast<std::size_t>(corner)] = 8 * (way.x * way.x + way.y * way.y + way.z * way.z +
+                                                            (is_even(corner) ? 0 : beyond_all_even)) +
+                                                       corner;
         }
-        left_ = 8;
+        left_ = count;
     }
 
     bool empty() const { return left_ == 0; }
 
-    /// Only if not `empty`.
+    /// Position in the grid; only if not `empty`.
     glm::ivec3 next() {
         const auto first = std::min_element(ranks_.begin(), ranks_.end());
-        *first = std::numeric_limits<float>::infinity();
+        const int corner = *first & 7;
+        *first = (std::numeric_limits<std::int32_t>::max)();
         --left_;
-        return low_ + step_to(static_cast<int>(first - ranks_.begin()));
+        return low_ + step_to(corner);
     }
 
 private:
     static glm::ivec3 step_to(int corner) { return {corner & 1, corner >> 1 & 1, corner >> 2}; }
 
     bool is_even(int corner) const {
-        const glm::ivec3 index = low_ + step_to(corner);
-        return ((index.x ^ index.y ^ index.z) & 1) == 0;
+        const glm::ivec3 pos = low_ + step_to(corner);
+        return ((pos.x ^ pos.y ^ pos.z) & 1) == 0;
     }
 
     glm::ivec3 low_{0};
-    std::array<float, 8> ranks_{};
+    std::array<std::int32_t, count> ranks_{};
     int left_ = 0;
 };
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/mesh/grid.hpp>
-#include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/frame_growth.hpp>
@@ -171,17 +170,13 @@ namespace detail {
 
 /// Seconds for one shadow ray for each sample and light that can reach it.
 template <class... Adapters>
-double timed_shadow_rays(const Subject<Adapters...>& subject, const lightmesh::detail::LightTable& table,
-                         float step) {
+double timed_shadow_rays(const Subject<Adapters...>& subject, const ShadowRays& rays) {
     const Samples& samples = subject.samples();
     const Watch watch;
-    for (std::size_t i = 0; i < samples.points.size(); ++i) {
-        const glm::vec3 normal = lightmesh::detail::unit_or_zero(samples.normals[i]);
-        const glm::vec3 end = lightmesh::detail::surface_end(samples.points[i], normal, step);
-        for (std::size_t light = 0; light < table.size(); ++light)
-            if (table.reaches(light, samples.points[i], normal))
-                static_cast<void>(subject.tracer().occluded(table.shadow_segment(light, end)));
-    }
+    for (std::size_t i = 0; i < samples.points.size(); ++i)
+        rays.for_each(samples.points[i], samples.normals[i], [&](std::size_t, const Segment& segment) {
+            static_cast<void>(subject.tracer().occluded(segment));
+        });
     return watch.seconds();
 }
 
@@ -191,12 +186,10 @@ double timed_shadow_rays(const Subject<Adapters...>& subject, const lightmesh::d
 /// that can reach it, one by one, on one thread. Nanoseconds per point, the fastest of three passes.
 template <class... Adapters>
 double time_shadow_rays(const Subject<Adapters...>& subject) {
-    const Grid grid{Settings{}};
-    const lightmesh::detail::LightTable table(subject.lights(), grid);
+    const ShadowRays rays(subject.lights(), subject.resolution());
     double seconds = std::numeric_limits<double>::infinity();
     for (int pass = 0; pass < 3; ++pass)
-        seconds =
-            (std::min)(seconds, detail::timed_shadow_rays(subject, table, static_cast<float>(grid.step())));
+        seconds = (std::min)(seconds, detail::timed_shadow_rays(subject, rays));
     return 1e9 * seconds / static_cast<double>(subject.samples().points.size());
 }
 

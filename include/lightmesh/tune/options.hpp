@@ -2,8 +2,8 @@
 #pragma once
 
 #include <lightmesh/settings.hpp>
-#include <lightmesh/support/check.hpp>
 #include <lightmesh/tune/candidate.hpp>
+#include <lightmesh/tune/require.hpp>
 #include <lightmesh/tune/watch.hpp>
 
 #include <algorithm>
@@ -87,7 +87,7 @@ private:
 };
 
 inline void check_options(const Options& options) {
-    using lightmesh::detail::require;
+    using detail::require;
     constexpr double most = (std::numeric_limits<double>::max)();
     require(options.reference_points >= 1, "Options::reference_points", options.reference_points,
             "at least 1");

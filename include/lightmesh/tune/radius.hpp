@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/mesh/grid.hpp>
-#include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/segment.hpp>
-#include <lightmesh/support/check.hpp>
-#include <lightmesh/support/vectors.hpp>
+#include <lightmesh/shadow_rays.hpp>
+#include <lightmesh/tune/require.hpp>
 #include <lightmesh/tune/subject.hpp>
 
 #include <glm/common.hpp>
@@ -71,16 +69,6 @@ double first_blocker(const Tracer& tracer, const Segment& segment, double start)
     return blocked;
 }
 
-inline float diagonal_of(std::span<const glm::vec3> points) {
-    glm::vec3 low = points.front();
-    glm::vec3 high = low;
-    for (const glm::vec3& point : points) {
-        low = (glm::min)(low, point);
-        high = (glm::max)(high, point);
-    }
-    return glm::length(high - low);
-}
-
 /// The median; `values` are not empty.
 inline double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -109,18 +97,15 @@ inline double median(std::vector<double> values) {
 /// one point.
 template <class Tracer, class... Sources>
 RadiusAdvice suggest_radii(const Subject<Tracer, Sources...>& subject, double lamp_angle = 0.3) {
-    lightmesh::detail::require(lamp_angle > 0.0 && lamp_angle < 1e6, "lamp_angle", lamp_angle,
-                               "finite and greater than 0");
+    detail::require(lamp_angle > 0.0 && lamp_angle < 1e6, "lamp_angle", lamp_angle,
+                    "finite and greater than 0");
     const Samples& samples = subject.samples();
-    const float diagonal = detail::diagonal_of(samples.points);
-    lightmesh::detail::require(diagonal > 0.0f, "the diagonal of the samples' box", diagonal,
-                               "greater than 0");
-    // The offsets of segments follow the step of a grid; this one is that of the smallest radius in question.
-    const Grid grid(Settings{.radius = diagonal / 500.0f, .quality = 1.0f});
-    const lightmesh::detail::LightTable table(subject.lights(), grid);
+    const float diagonal = subject.diagonal();
+    detail::require(diagonal > 0.0f, "the diagonal of the samples' box", diagonal, "greater than 0");
+    const ShadowRays rays(subject.lights(), subject.resolution());
     const auto size = static_cast<double>(diagonal);
     constexpr std::size_t most_pairs = 1024;
-    const std::size_t all = samples.points.size() * table.size();
+    const std::size_t all = samples.points.size() * rays.size();
     const std::size_t tried = (std::min)(all, 4 * most_pairs);
     RadiusAdvice advice;
     std::vector<double> radii;
@@ -129,15 +114,13 @@ RadiusAdvice suggest_radii(const Subject<Tracer, Sources...>& subject, double la
         const auto place = std::fmod(static_cast<double>(k) * 0.6180339887498949, 1.0);
         const std::size_t pair =
             tried == all ? k : static_cast<std::size_t>(place * static_cast<double>(all));
-        const std::size_t light = pair % table.size();
-        const glm::vec3& point = samples.points[pair / table.size()];
-        const glm::vec3 normal = lightmesh::detail::unit_or_zero(samples.normals[pair / table.size()]);
-        if (!table.reaches(light, point, normal))
+        const std::size_t light = pair % rays.size();
+        const glm::vec3& point = samples.points[pair / rays.size()];
+        const glm::vec3& normal = samples.normals[pair / rays.size()];
+        if (!rays.can_light(light, point, normal))
             continue;
         ++advice.pairs;
-        const auto step = static_cast<float>(grid.step());
-        const Segment segment =
-            table.shadow_segment(light, lightmesh::detail::surface_end(point, normal, step));
+        const Segment segment = rays.segment(light, point, normal);
         if (!subject.tracer().occluded(segment))
             continue;
         ++advice.shadowed;

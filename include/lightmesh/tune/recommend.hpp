@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/support/check.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/measure.hpp>
+#include <lightmesh/tune/require.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +72,7 @@ inline bool is_usable(const Measurement& m) {
 }
 
 inline void check_wish(double value, const char* name) {
-    lightmesh::detail::require(value > 0.0, name, value, "greater than 0");
+    detail::require(value > 0.0, name, value, "greater than 0");
 }
 
 inline void check_wishes(const Wishes& wishes) {
@@ -80,8 +80,8 @@ inline void check_wishes(const Wishes& wishes) {
     check_wish(wishes.seconds_per_frame, "Wishes::seconds_per_frame");
     check_wish(wishes.bytes, "Wishes::bytes");
     check_wish(wishes.threads, "Wishes::threads");
-    lightmesh::detail::require(wishes.mean_absolute_error >= 0.0, "Wishes::mean_absolute_error",
-                               wishes.mean_absolute_error, "0 or more");
+    detail::require(wishes.mean_absolute_error >= 0.0, "Wishes::mean_absolute_error",
+                    wishes.mean_absolute_error, "0 or more");
 }
 
 inline bool is_fast_enough(const Measurement& m, const Wishes& wishes) {

@@ -3,8 +3,7 @@
 
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/mesh/grid.hpp>
-#include <lightmesh/mesh/light_table.hpp>
-#include <lightmesh/support/vectors.hpp>
+#include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/tune/options.hpp>
 #include <lightmesh/tune/subject.hpp>
 
@@ -95,13 +94,11 @@ private:
 
     /// Where S can be other than 0: chi, range and cone.
     void find_pairs(std::span<const Light> lights, const Settings& settings) {
-        const lightmesh::detail::LightTable table(lights, Grid(settings));
-        for (std::size_t i = 0; i < points_.size(); ++i) {
-            const glm::vec3 normal = lightmesh::detail::unit_or_zero(normals_[i]);
-            for (std::size_t l = 0; l < light_count_; ++l)
-                if (table.reaches(l, points_[i], normal))
-                    pairs_.push_back(i * light_count_ + l);
-        }
+        const ShadowRays rays(lights, static_cast<float>(Grid(settings).step()));
+        for (std::size_t i = 0; i < points_.size(); ++i)
+            rays.for_each(points_[i], normals_[i], [&](std::size_t light, const Segment&) {
+                pairs_.push_back(i * light_count_ + light);
+            });
     }
 
     /// Each group of points has a mesh of its own, so that memory stays small.

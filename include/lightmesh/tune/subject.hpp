@@ -7,11 +7,13 @@
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
-#include <lightmesh/support/check.hpp>
-#include <lightmesh/support/vectors.hpp>
+#include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/tune/candidate.hpp>
+#include <lightmesh/tune/require.hpp>
 #include <lightmesh/tune/watch.hpp>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstddef>
@@ -112,8 +114,8 @@ public:
         check_frame();
         if (lights_.empty())
             throw std::invalid_argument("lightmesh: there are no lights; tuning needs at least one");
-        for (std::size_t i = 0; i < lights_.size(); ++i)
-            lightmesh::detail::check_light(lights_[i], "light " + std::to_string(i));
+        find_diagonal();
+        static_cast<void>(ShadowRays(lights_, resolution()));  // Throws for lights that are not fit.
     }
 
     /// The user's tracer.
@@ -122,6 +124,10 @@ public:
     const std::vector<Light>& lights() const { return lights_; }
     /// The user's shading points, `points_per_frame` filled in.
     const Samples& samples() const { return samples_; }
+    /// Of the box around the samples, world units.
+    float diagonal() const { return diagonal_; }
+    /// For `ShadowRays`: the smallest radius that the scene may ask for, world units.
+    float resolution() const { return diagonal_ > 0.0f ? diagonal_ / 500.0f : 1.0f; }
 
     /// Throws std::invalid_argument that names the candidate if its settings are out of range, or if it wants
     /// a source that is not there; std::out_of_range if a point lies outside its grid.
@@ -134,12 +140,11 @@ public:
         if (uses_shadow_maps(candidate.long_test)) {
             if constexpr (!has_renderer)
                 throw std::invalid_argument("lightmesh: " + name + "it needs a DepthRenderer");
-            lightmesh::detail::require(candidate.shadow_map_size >= 1 && candidate.shadow_map_size <= 16384,
-                                       name + "Candidate::shadow_map_size", candidate.shadow_map_size,
-                                       "in [1, 16384]");
+            detail::require(candidate.shadow_map_size >= 1 && candidate.shadow_map_size <= 16384,
+                            name + "Candidate::shadow_map_size", candidate.shadow_map_size, "in [1, 16384]");
         } else {
-            lightmesh::detail::require(candidate.shadow_map_size == 0, name + "Candidate::shadow_map_size",
-                                       candidate.shadow_map_size, "0, since there are no shadow maps");
+            detail::require(candidate.shadow_map_size == 0, name + "Candidate::shadow_map_size",
+                            candidate.shadow_map_size, "0, since there are no shadow maps");
         }
         if constexpr (!has_occluders)
             if (candidate.long_test == LongTest::shadow_volumes)
@@ -169,6 +174,16 @@ public:
     }
 
 private:
+    void find_diagonal() {
+        glm::vec3 low = samples_.points.front();
+        glm::vec3 high = low;
+        for (const glm::vec3& point : samples_.points) {
+            low = (glm::min)(low, point);
+            high = (glm::max)(high, point);
+        }
+        diagonal_ = static_cast<float>(glm::length(glm::dvec3(high) - glm::dvec3(low)));
+    }
+
     static constexpr bool has_renderer = (DepthRenderer<Sources> || ...);
     static constexpr bool has_occluders = (Occluders<Sources> || ...);
 
@@ -193,9 +208,9 @@ private:
     void check_frame() const {
         check_points(samples_.frame_points, samples_.frame_normals, "frame");
         if (!samples_.frame_points.empty())
-            lightmesh::detail::require(samples_.points_per_frame == samples_.frame_points.size(),
-                                       "Samples::points_per_frame", samples_.points_per_frame,
-                                       "as many as there are frame_points, or 0");
+            detail::require(samples_.points_per_frame == samples_.frame_points.size(),
+                            "Samples::points_per_frame", samples_.points_per_frame,
+                            "as many as there are frame_points, or 0");
     }
 
     static void check_points(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
@@ -205,11 +220,10 @@ private:
                                         std::to_string(normals.size()) + " places; it must have " +
                                         std::to_string(points.size()));
         for (std::size_t i = 0; i < points.size(); ++i) {
-            using lightmesh::detail::is_finite;
-            lightmesh::detail::require(is_finite(points[i]), whose + " point " + std::to_string(i), points[i],
-                                       "finite");
-            lightmesh::detail::require(is_finite(normals[i]), whose + " normal " + std::to_string(i),
-                                       normals[i], "finite");
+            using detail::is_finite;
+            detail::require(is_finite(points[i]), whose + " point " + std::to_string(i), points[i], "finite");
+            detail::require(is_finite(normals[i]), whose + " normal " + std::to_string(i), normals[i],
+                            "finite");
         }
     }
 
@@ -217,6 +231,7 @@ private:
     std::vector<Light> lights_;
     Samples samples_;
     // Rendering changes a renderer, but not what a subject is.
+    float diagonal_ = 0.0f;
     mutable std::tuple<Sources...> sources_;
 };
 

@@ -1,107 +1,198 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/query/kernels/portable.hpp>
+#include <lightmesh/query/kernels/kernel_types.hpp>
+#include <lightmesh/query/kernels/shared.hpp>
 
-#if defined(__AVX2__)
+#if defined(__GNUC__) && defined(__x86_64__)
 
 #include <immintrin.h>
 
-namespace lightmesh::detail {
-
-/// 8 light points, or 32 lights, at a time.
-struct Avx2Kernel {
-    static void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
-                          std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
-        // What y and z leave for x, in the four pairs of cells that a brick has over (y, z).
-        __m256i square_left[4];
-        __m256i height_left[4];
-        for (int yz = 0; yz < 4; ++yz) {
-            const int y = 2 * (yz % 2);
-            const int z = 2 * (yz / 2);
-            square_left[yz] =
-                _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(radius_squared), along_y(square[1] + y)),
-                                 along_z(square[2] + z));
-            height_left[yz] =
-                _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(lowest_height), along_y(height[1] + y)),
-                                 along_z(height[2] + z));
-        }
-        for (int b = 0; b < bricks; ++b) {
-            std::uint64_t mask = 0;
-            for (int x = 0; x < 2; ++x) {
-                const __m256i square_x = along_x(square[0] + 4 * b + 2 * x);
-                const __m256i height_x = along_x(height[0] + 4 * b + 2 * x);
-                for (int yz = 0; yz < 4; ++yz) {
-                    const __m256i inside = _mm256_and_si256(_mm256_cmpgt_epi32(square_left[yz], square_x),
-                                                            _mm256_cmpgt_epi32(height_x, height_left[yz]));
-                    const int cell = _mm256_movemask_ps(_mm256_castsi256_ps(inside));
-                    mask |= static_cast<std::uint64_t>(cell) << (8 * (2 * yz + x));
-                }
-            }
-            masks[b] = mask;
-        }
-    }
-
-    static void add_lit(const CellRow* rows, int row_count, std::uint32_t groups, std::uint16_t* counts) {
-        for (int half = 0; half < 2; ++half)
-            if (const std::uint32_t in_half = groups >> (4 * half) & 0xf; in_half != 0)
-                add_lit_half(rows, row_count, 32 * half, in_half, counts + 32 * half);
-    }
-
-private:
-    /// For the 32 lights from `first_light` on; `groups` has a bit for each 8 of them.
-    static void add_lit_half(const CellRow* rows, int row_count, int first_light, std::uint32_t groups,
-                             std::uint16_t* counts) {
-        const __m256i lights = lights_of(groups);
-        const __m256i low_bits = _mm256_set1_epi8(0x0f);
-        const __m256i bit_counts =
-            _mm256_broadcastsi128_si256(_mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4));
-        constexpr int rows_per_flush = 31;
-        for (int first = 0; first < row_count; first += rows_per_flush) {
-            const int last = first + rows_per_flush < row_count ? first + rows_per_flush : row_count;
-            __m256i sums = _mm256_setzero_si256();
-            for (int r = first; r < last; ++r) {
-                const __m256i points = _mm256_set1_epi8(static_cast<char>(rows[r].points));
-                const auto* lit_bytes = reinterpret_cast<const long long*>(rows[r].lit + first_light);
-                const __m256i lit = _mm256_and_si256(_mm256_maskload_epi64(lit_bytes, lights), points);
-                const __m256i low = _mm256_and_si256(lit, low_bits);
-                const __m256i high = _mm256_and_si256(_mm256_srli_epi16(lit, 4), low_bits);
-                sums = _mm256_add_epi8(sums, _mm256_shuffle_epi8(bit_counts, low));
-                sums = _mm256_add_epi8(sums, _mm256_shuffle_epi8(bit_counts, high));
-            }
-            add_to(counts, _mm256_castsi256_si128(sums));
-            add_to(counts + 16, _mm256_extracti128_si256(sums, 1));
-        }
-    }
-
-    static void add_to(std::uint16_t* counts, __m128i sums) {
-        auto* at = reinterpret_cast<__m256i*>(counts);
-        _mm256_storeu_si256(at, _mm256_add_epi16(_mm256_loadu_si256(at), _mm256_cvtepu8_epi16(sums)));
-    }
-
-    /// All ones in the 64 bits of each group.
-    static __m256i lights_of(std::uint32_t groups) {
-        const __m256i bits = _mm256_setr_epi64x(1, 2, 4, 8);
-        const __m256i chosen = _mm256_set1_epi64x(static_cast<long long>(groups));
-        return _mm256_cmpeq_epi64(_mm256_and_si256(chosen, bits), bits);
-    }
-
-    // The lanes are the light points of a cell: lane l is (l % 2, l / 2 % 2, l / 4).
-    static __m256i along_x(const std::int32_t* entries) { return _mm256_broadcastq_epi64(two(entries)); }
-    static __m256i along_y(const std::int32_t* entries) {
-        return _mm256_permutevar8x32_epi32(_mm256_castsi128_si256(two(entries)),
-                                           _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1));
-    }
-    static __m256i along_z(const std::int32_t* entries) {
-        return _mm256_permutevar8x32_epi32(_mm256_castsi128_si256(two(entries)),
-                                           _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1));
-    }
-    static __m128i two(const std::int32_t* entries) {
-        return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(entries));
-    }
-};
-
-}  // namespace lightmesh::detail
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 
 #define LIGHTMESH_HAS_AVX2_KERNEL 1
+#define LIGHTMESH_AVX2 __attribute__((target("avx2,bmi,bmi2,lzcnt,popcnt")))
+
+/// 8 light points, or 32 lights, at a time.
+
+namespace lightmesh::detail::avx2 {
+
+// The lanes are the light points of a cell: lane l is (l % 2, l / 2 % 2, l / 4).
+LIGHTMESH_AVX2 inline __m128i two(const std::int32_t* entries) {
+    return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(entries));
+}
+LIGHTMESH_AVX2 inline __m256i along_x(const std::int32_t* entries) {
+    return _mm256_broadcastq_epi64(two(entries));
+}
+LIGHTMESH_AVX2 inline __m256i along_y(const std::int32_t* entries) {
+    return _mm256_permutevar8x32_epi32(_mm256_castsi128_si256(two(entries)),
+                                       _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1));
+}
+LIGHTMESH_AVX2 inline __m256i along_z(const std::int32_t* entries) {
+    return _mm256_permutevar8x32_epi32(_mm256_castsi128_si256(two(entries)),
+                                       _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1));
+}
+
+LIGHTMESH_AVX2 inline void row_masks(const AxisEntries& square, const AxisEntries& height,
+                                     std::int32_t radius_squared, std::int32_t lowest_height, int bricks,
+                                     std::uint64_t* masks) {
+    // What y and z leave for x, in the four pairs of cells that a brick has over (y, z).
+    __m256i square_left[4];
+    __m256i height_left[4];
+    for (int yz = 0; yz < 4; ++yz) {
+        const int y = 2 * (yz % 2);
+        const int z = 2 * (yz / 2);
+        square_left[yz] =
+            _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(radius_squared), along_y(square[1] + y)),
+                             along_z(square[2] + z));
+        height_left[yz] =
+            _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(lowest_height), along_y(height[1] + y)),
+                             along_z(height[2] + z));
+    }
+    for (int b = 0; b < bricks; ++b) {
+        std::uint64_t mask = 0;
+        for (int x = 0; x < 2; ++x) {
+            const __m256i square_x = along_x(square[0] + 4 * b + 2 * x);
+            const __m256i height_x = along_x(height[0] + 4 * b + 2 * x);
+            for (int yz = 0; yz < 4; ++yz) {
+                const __m256i inside = _mm256_and_si256(_mm256_cmpgt_epi32(square_left[yz], square_x),
+                                                        _mm256_cmpgt_epi32(height_x, height_left[yz]));
+                const auto cell = static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps(inside)));
+                mask |= static_cast<std::uint64_t>(cell) << (8 * (2 * yz + x));
+            }
+        }
+        masks[b] = mask;
+    }
+}
+
+LIGHTMESH_AVX2 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
+    return find_masks_by_rows(hemisphere, masks, row_masks);
+}
+
+/// In floats; in doubles only where rounding might decide.
+LIGHTMESH_AVX2 inline std::uint64_t find_facing(const LightColumns& lights, const glm::vec3& point,
+                                                const glm::vec3& normal) {
+    const __m256 band = _mm256_set1_ps(facing_band(lights, point));
+    const __m256 magnitude = _mm256_castsi256_ps(_mm256_set1_epi32(0x7fffffff));
+    std::uint64_t facing = 0;
+    std::uint64_t certain = 0;
+    for (std::size_t l = 0; l < lights_per_tile; l += 8) {
+        const __m256 near_by = _mm256_load_ps(&lights.nearness[l]);
+        const auto way = [&](const LightColumns::Column& at, float p) LIGHTMESH_AVX2 {
+            return _mm256_sub_ps(_mm256_load_ps(&at[l]), _mm256_mul_ps(near_by, _mm256_set1_ps(p)));
+        };
+        const __m256 height =
+            _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(_mm256_set1_ps(normal.x), way(lights.at_x, point.x)),
+                                        _mm256_mul_ps(_mm256_set1_ps(normal.y), way(lights.at_y, point.y))),
+                          _mm256_mul_ps(_mm256_set1_ps(normal.z), way(lights.at_z, point.z)));
+        const auto mask = [l](__m256 lanes) LIGHTMESH_AVX2 {
+            return static_cast<std::uint64_t>(static_cast<std::uint32_t>(_mm256_movemask_ps(lanes))) << l;
+        };
+        facing |= mask(_mm256_cmp_ps(height, _mm256_setzero_ps(), _CMP_GE_OQ));
+        certain |= mask(_mm256_cmp_ps(_mm256_and_ps(height, magnitude), band, _CMP_GT_OQ));
+    }
+    facing &= lights.exists;
+    std::uint64_t unsure = lights.exists & (lights.has_ranges ? facing | ~certain : ~certain);
+    for (; unsure != 0; unsure &= unsure - 1) {
+        const auto l = static_cast<std::size_t>(std::countr_zero(unsure));
+        const std::uint64_t bit = unsure & (~unsure + 1);
+        facing = lights.faces_in_range(l, point, normal) ? facing | bit : facing & ~bit;
+    }
+    return facing;
+}
+
+LIGHTMESH_AVX2 inline void add_to(std::uint16_t* counts, __m128i sums, bool subtract) {
+    auto* at = reinterpret_cast<__m256i*>(counts);
+    const __m256i wide = _mm256_cvtepu8_epi16(sums);
+    const __m256i before = _mm256_loadu_si256(at);
+    _mm256_storeu_si256(at, subtract ? _mm256_sub_epi16(before, wide) : _mm256_add_epi16(before, wide));
+}
+
+LIGHTMESH_AVX2 inline void flush(const __m256i (&sums)[2], bool subtract, std::uint16_t* counts) {
+    for (int half = 0; half < 2; ++half) {
+        add_to(counts + 32 * half, _mm256_castsi256_si128(sums[half]), subtract);
+        add_to(counts + 32 * half + 16, _mm256_extracti128_si256(sums[half], 1), subtract);
+    }
+}
+
+/// A byte of `flush`'s sums holds at most 255, and a cell adds at most 8.
+inline constexpr std::size_t cells_per_flush = 31;
+
+LIGHTMESH_AVX2 inline void add_rows(const RowPoints* rows, std::size_t size, bool subtract,
+                                    std::uint16_t* counts) {
+    const __m256i low_bits = _mm256_set1_epi8(0x0f);
+    const __m256i bit_counts =
+        _mm256_broadcastsi128_si256(_mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4));
+    for (std::size_t first = 0; first < size; first += cells_per_flush) {
+        const std::size_t last = (std::min)(first + cells_per_flush, size);
+        __m256i sums[2] = {_mm256_setzero_si256(), _mm256_setzero_si256()};
+        for (std::size_t r = first; r < last; ++r) {
+            const __m256i points = _mm256_set1_epi8(static_cast<char>(rows[r].points));
+            for (int half = 0; half < 2; ++half) {
+                const auto* bytes = reinterpret_cast<const __m256i*>(rows[r].row + 32 * half);
+                const __m256i lit = _mm256_and_si256(_mm256_loadu_si256(bytes), points);
+                const __m256i low = _mm256_and_si256(lit, low_bits);
+                const __m256i high = _mm256_and_si256(_mm256_srli_epi16(lit, 4), low_bits);
+                sums[half] =
+                    _mm256_add_epi8(sums[half], _mm256_add_epi8(_mm256_shuffle_epi8(bit_counts, low),
+                                                                _mm256_shuffle_epi8(bit_counts, high)));
+            }
+        }
+        flush(sums, subtract, counts);
+    }
+}
+
+/// 0xff in each byte whose bit is set.
+LIGHTMESH_AVX2 inline __m256i bytes_of(std::uint32_t bits) {
+    const __m256i which = _mm256_setr_epi8(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2,
+                                           2, 2, 3, 3, 3, 3, 3, 3, 3, 3);
+    const __m256i bit = _mm256_set1_epi64x(static_cast<long long>(0x8040201008040201u));
+    const __m256i spread = _mm256_shuffle_epi8(_mm256_set1_epi32(static_cast<int>(bits)), which);
+    return _mm256_cmpeq_epi8(_mm256_and_si256(spread, bit), bit);
+}
+
+LIGHTMESH_AVX2 inline void add_words(const WordPoints* cells, std::size_t size, bool subtract,
+                                     std::uint16_t* counts) {
+    for (std::size_t first = 0; first < size; first += cells_per_flush) {
+        const std::size_t last = (std::min)(first + cells_per_flush, size);
+        __m256i sums[2] = {_mm256_setzero_si256(), _mm256_setzero_si256()};
+        for (std::size_t c = first; c < last; ++c) {
+            const std::uint64_t lit = cells[c].words[0];
+            if (lit != 0) {
+                const __m256i points = _mm256_set1_epi8(
+                    static_cast<char>(std::popcount(static_cast<std::uint32_t>(cells[c].points))));
+                for (int half = 0; half < 2; ++half)
+                    sums[half] = _mm256_add_epi8(
+                        sums[half],
+                        _mm256_and_si256(bytes_of(static_cast<std::uint32_t>(lit >> (32 * half))), points));
+            }
+            add_mixed(cells[c], subtract, counts);
+        }
+        flush(sums, subtract, counts);
+    }
+}
+
+LIGHTMESH_AVX2 inline bool divide(const std::uint16_t* counts, int count, std::uint64_t reaching,
+                                  float* values) {
+    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    const __m256 whole = _mm256_set1_ps(static_cast<float>(count));
+    const __m256i all = _mm256_set1_epi32(count);
+    __m256i mixed = _mm256_setzero_si256();
+    for (std::size_t l = 0; l < lights_per_tile; l += 8) {
+        const __m256i reaches = _mm256_cmpeq_epi32(
+            _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(reaching >> l & 0xff)), bit), bit);
+        const __m256i lit = _mm256_and_si256(
+            _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(counts + l))), reaches);
+        const __m256i uniform =
+            _mm256_or_si256(_mm256_cmpeq_epi32(lit, _mm256_setzero_si256()), _mm256_cmpeq_epi32(lit, all));
+        mixed = _mm256_or_si256(mixed, _mm256_andnot_si256(uniform, _mm256_set1_epi32(-1)));
+        _mm256_storeu_ps(values + l, _mm256_div_ps(_mm256_cvtepi32_ps(lit), whole));
+    }
+    return _mm256_testz_si256(mixed, mixed) != 0;
+}
+
+}  // namespace lightmesh::detail::avx2
+
 #endif

@@ -1,130 +1,156 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/query/kernels/kernel_types.hpp>
+#include <lightmesh/query/kernels/shared.hpp>
+
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
-/// The two inner loops of a query, in plain C++: the definition that the other kernels must equal bit by bit.
+/// The inner loops of a query in plain C++: the definition that the other kernels must equal bit by bit.
 
-namespace lightmesh::detail {
+namespace lightmesh::detail::portable {
 
-/// Entries of a `Hemisphere`'s tables for the four light points of a brick along x, y and z.
-using AxisEntries = std::array<const std::int32_t*, 3>;
+/// One entry for each light point of a cell. All loops over them have this fixed length, for the sake of
+/// vector instructions.
+using CellEntries = std::int32_t[8];
 
-/// The visibilities of one cell (2x2x2 light points) for up to 64 lights, one byte a light, and the light
-/// points in it that count.
-struct CellRow {
-    const std::uint8_t* lit;
-    std::uint8_t points;
-};
+/// The 8x8 bits transposed: bit 8 i + j of the result is bit i of byte j. See Warren, "Hacker's Delight",
+/// section 7-3.
+inline std::uint64_t transposed(const std::uint8_t (&bytes)[8]) {
+    std::uint64_t bits = 0;
+    for (int j = 0; j < 8; ++j)
+        bits |= static_cast<std::uint64_t>(bytes[j]) << (8 * j);
+    const auto swap = [&bits](int distance, std::uint64_t upper) {
+        const std::uint64_t differing = (bits ^ (bits >> distance)) & upper;
+        bits ^= differing ^ (differing << distance);
+    };
+    swap(7, 0x00aa00aa00aa00aau);
+    swap(14, 0x0000cccc0000ccccu);
+    swap(28, 0x00000000f0f0f0f0u);
+    return bits;
+}
 
-struct PortableKernel {
-    /// For a row of bricks along x, masks[b] = the light points of brick b whose squared distance is less
-    /// than `radius_squared` and whose height is greater than `lowest_height`; bits as in `bit_of`. The
-    /// entries for x are those of the whole row, those for y and z those of its bricks.
-    static void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
-                          std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
-        // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
-        CellEntries square_left[4];
-        CellEntries height_left[4];
+inline std::uint64_t brick_mask(const std::int32_t* square, const std::int32_t* height,
+                                const CellEntries (&square_left)[4], const CellEntries (&height_left)[4]) {
+    CellEntries cells = {};  // cells[p]: bit c is point p of cell c
+    for (int x = 0; x < 2; ++x) {
+        CellEntries square_x;
+        CellEntries height_x;
+        for (int point = 0; point < 8; ++point) {
+            square_x[point] = square[2 * x + point % 2];
+            height_x[point] = height[2 * x + point % 2];
+        }
         for (int yz = 0; yz < 4; ++yz) {
             for (int point = 0; point < 8; ++point) {
-                const int y = 2 * (yz % 2) + point / 2 % 2;
-                const int z = 2 * (yz / 2) + point / 4;
-                square_left[yz][point] = radius_squared - square[1][y] - square[2][z];
-                height_left[yz][point] = lowest_height - height[1][y] - height[2][z];
+                const bool in_ball = square_x[point] < square_left[yz][point];
+                const bool above = height_x[point] > height_left[yz][point];
+                cells[point] |= (in_ball & above) ? 1 << (2 * yz + x) : 0;
             }
         }
-        for (int b = 0; b < bricks; ++b)
-            masks[b] = brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left);
     }
+    std::uint8_t bytes[8];
+    for (int point = 0; point < 8; ++point)
+        bytes[point] = static_cast<std::uint8_t>(cells[point]);
+    return transposed(bytes);
+}
 
-    /// Adds to counts[l] the number of lit light points of light l, over all rows, for the lights of the
-    /// groups of 8 in the bit mask `groups`; the bytes of other groups are not read and their counts stay.
-    static void add_lit(const CellRow* rows, int row_count, std::uint32_t groups, std::uint16_t* counts) {
-        if (groups == 0xff)
-            add_lit_groups<8>(rows, row_count, 0, counts);
-        else
-            for (; groups != 0; groups &= groups - 1)
-                add_lit_groups<1>(rows, row_count, static_cast<std::size_t>(std::countr_zero(groups)),
-                                  counts);
-    }
-
-private:
-    /// One entry for each light point of a cell. All loops over them have this fixed length, for the sake of
-    /// vector instructions.
-    using CellEntries = std::int32_t[8];
-
-    static std::uint64_t brick_mask(const std::int32_t* square, const std::int32_t* height,
-                                    const CellEntries (&square_left)[4],
-                                    const CellEntries (&height_left)[4]) {
-        CellEntries cells = {};  // cells[p]: bit c is point p of cell c
-        for (int x = 0; x < 2; ++x) {
-            CellEntries square_x;
-            CellEntries height_x;
-            for (int point = 0; point < 8; ++point) {
-                square_x[point] = square[2 * x + point % 2];
-                height_x[point] = height[2 * x + point % 2];
-            }
-            for (int yz = 0; yz < 4; ++yz) {
-                for (int point = 0; point < 8; ++point) {
-                    const bool in_ball = square_x[point] < square_left[yz][point];
-                    const bool above = height_x[point] > height_left[yz][point];
-                    cells[point] |= (in_ball & above) ? 1 << (2 * yz + x) : 0;
-                }
-            }
-        }
-        std::uint8_t bytes[8];
-        for (int point = 0; point < 8; ++point)
-            bytes[point] = static_cast<std::uint8_t>(cells[point]);
-        return transposed(bytes);
-    }
-
-    template <std::size_t Groups>
-    static void add_lit_groups(const CellRow* rows, int row_count, std::size_t group, std::uint16_t* counts) {
-        counts += 8 * group;
-        // A byte holds at most 255, and a row adds at most 8.
-        constexpr int rows_per_flush = 31;
-        for (int first = 0; first < row_count; first += rows_per_flush) {
-            const int last = first + rows_per_flush < row_count ? first + rows_per_flush : row_count;
-            std::uint64_t sums[Groups] = {};
-            for (int r = first; r < last; ++r) {
-                const std::uint64_t points = rows[r].points * 0x0101010101010101u;
-                for (std::size_t g = 0; g < Groups; ++g) {
-                    std::uint64_t lit;
-                    std::memcpy(&lit, rows[r].lit + 8 * (group + g), sizeof lit);
-                    sums[g] += popcount_bytes(lit & points);
-                }
-            }
-            for (std::size_t i = 0; i < 8 * Groups; ++i)
-                counts[i] = static_cast<std::uint16_t>(counts[i] + ((sums[i / 8] >> (8 * (i % 8))) & 0xff));
+/// As `find_masks_by_rows` asks for.
+inline void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
+                      std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
+    // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
+    CellEntries square_left[4];
+    CellEntries height_left[4];
+    for (int yz = 0; yz < 4; ++yz) {
+        for (int point = 0; point < 8; ++point) {
+            const int y = 2 * (yz % 2) + point / 2 % 2;
+            const int z = 2 * (yz / 2) + point / 4;
+            square_left[yz][point] = radius_squared - square[1][y] - square[2][z];
+            height_left[yz][point] = lowest_height - height[1][y] - height[2][z];
         }
     }
+    for (int b = 0; b < bricks; ++b)
+        masks[b] = brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left);
+}
 
-    /// The 8x8 bits transposed: bit 8 i + j of the result is bit i of byte j. See Warren, "Hacker's Delight",
-    /// section 7-3.
-    static std::uint64_t transposed(const std::uint8_t (&bytes)[8]) {
-        std::uint64_t bits = 0;
-        std::memcpy(&bits, bytes, sizeof bits);
-        const auto swap = [&bits](int distance, std::uint64_t upper) {
-            const std::uint64_t differing = (bits ^ (bits >> distance)) & upper;
-            bits ^= differing ^ (differing << distance);
-        };
-        swap(7, 0x00aa00aa00aa00aau);
-        swap(14, 0x0000cccc0000ccccu);
-        swap(28, 0x00000000f0f0f0f0u);
-        return bits;
+inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
+    return find_masks_by_rows(hemisphere, masks, row_masks);
+}
+
+inline std::uint64_t find_facing(const LightColumns& lights, const glm::vec3& point,
+                                 const glm::vec3& normal) {
+    std::uint64_t facing = 0;
+    for (std::size_t l = 0; l < lights_per_tile; ++l)
+        facing |= static_cast<std::uint64_t>(lights.faces_in_range(l, point, normal)) << l;
+    return facing;
+}
+
+/// The number of bits set in each byte.
+inline std::uint64_t popcount_bytes(std::uint64_t v) {
+    v -= (v >> 1) & 0x5555555555555555u;
+    v = (v & 0x3333333333333333u) + ((v >> 2) & 0x3333333333333333u);
+    return (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+}
+
+static_assert(std::endian::native == std::endian::little, "lightmesh: rows are read eight lights at a time");
+
+/// A byte of a vector register's worth of sums holds at most 255, and a cell adds at most 8.
+inline constexpr std::size_t cells_per_flush = 31;
+
+inline void flush(const std::uint64_t (&sums)[8], bool subtract, std::uint16_t* counts) {
+    for (std::size_t l = 0; l < lights_per_tile; ++l) {
+        const auto sum = static_cast<std::uint16_t>((sums[l / 8] >> (8 * (l % 8))) & 0xff);
+        counts[l] = static_cast<std::uint16_t>(subtract ? counts[l] - sum : counts[l] + sum);
     }
+}
 
-    /// The number of bits set in each byte.
-    static std::uint64_t popcount_bytes(std::uint64_t v) {
-        v -= (v >> 1) & 0x5555555555555555u;
-        v = (v & 0x3333333333333333u) + ((v >> 2) & 0x3333333333333333u);
-        return (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+inline void add_rows(const RowPoints* rows, std::size_t size, bool subtract, std::uint16_t* counts) {
+    for (std::size_t first = 0; first < size; first += cells_per_flush) {
+        const std::size_t last = (std::min)(first + cells_per_flush, size);
+        std::uint64_t sums[8] = {};
+        for (std::size_t r = first; r < last; ++r) {
+            const std::uint64_t points = rows[r].points * every_byte;
+            for (std::size_t g = 0; g < 8; ++g) {
+                std::uint64_t lit;
+                std::memcpy(&lit, rows[r].row + 8 * g, sizeof lit);
+                sums[g] += popcount_bytes(lit & points);
+            }
+        }
+        flush(sums, subtract, counts);
     }
-};
+}
 
-}  // namespace lightmesh::detail
+inline void add_words(const WordPoints* cells, std::size_t size, bool subtract, std::uint16_t* counts) {
+    for (std::size_t first = 0; first < size; first += cells_per_flush) {
+        const std::size_t last = (std::min)(first + cells_per_flush, size);
+        std::uint64_t sums[8] = {};
+        for (std::size_t c = first; c < last; ++c) {
+            const auto points =
+                static_cast<std::uint64_t>(std::popcount(static_cast<std::uint32_t>(cells[c].points)));
+            for (std::size_t g = 0; g < 8; ++g) {
+                // A byte for each bit, 1 where it is set.
+                const std::uint64_t lit = cells[c].words[0] >> (8 * g) & 0xff;
+                const std::uint64_t one_bit_a_byte = lit * every_byte & 0x8040201008040201u;
+                sums[g] += ((one_bit_a_byte + 0x7f7f7f7f7f7f7f7fu) >> 7 & every_byte) * points;
+            }
+            add_mixed(cells[c], subtract, counts);
+        }
+        flush(sums, subtract, counts);
+    }
+}
+
+inline bool divide(const std::uint16_t* counts, int count, std::uint64_t reaching, float* values) {
+    const auto whole = static_cast<float>(count);
+    std::uint32_t mixed = 0;
+    for (std::size_t l = 0; l < lights_per_tile; ++l) {
+        const std::uint32_t lit = (reaching >> l & 1) != 0 ? counts[l] : 0;
+        mixed |= lit * (static_cast<std::uint32_t>(count) - lit);
+        values[l] = static_cast<float>(lit) / whole;
+    }
+    return mixed == 0;
+}
+
+}  // namespace lightmesh::detail::portable

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/fill/flood_fill.hpp>
+#include <lightmesh/fill/long_fill.hpp>
+#include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/mesh_data.hpp>
+#include <lightmesh/settings.hpp>
+#include <lightmesh/statistics.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace lightmesh::detail {
+
+/// A mesh's data with the adapters that add to it when queries lack something. To its users it is constant,
+/// and any number of threads may ask.
+template <Intersector Tracer, class LongTests>
+class MeshFiller {
+public:
+    template <class... LongTestArguments>
+    MeshFiller(Tracer tracer, std::span<const Light> lights, const Settings& settings,
+               LongTestArguments&&... long_tests)
+        : tracer_(std::move(tracer)), data_(lights, settings),
+          long_tests_(std::forward<LongTestArguments>(long_tests)...) {}
+
+    const Tracer& tracer() const { return tracer_; }
+    MeshData& data() const { return data_; }
+
+    const Brick* make_brick(const glm::ivec3& coord) const { return &data_.find_or_make_brick(coord); }
+
+    /// Afterwards all units of the list are known.
+    void fill(const MissingList& missing) const {
+        LongTestCost cost;
+        for (const MissingUnits& units : missing.entries())
+            fill_long_tests(data_, tracer_, long_tests_, units, cost);
+        long_tests_done_.fetch_add(cost.tests, std::memory_order_relaxed);
+        long_rays_.fetch_add(cost.rays, std::memory_order_relaxed);
+    }
+
+    /// Index plus one of the flood of a light point of the brick, found if nobody has yet.
+    std::uint32_t flood_of(const MeshView& mesh, const Brick& brick, const glm::ivec3& seed) const {
+        if (const std::uint32_t known = find_flood(mesh, brick, bit_in_brick(seed)); known != 0)
+            return known;
+        FloodSearch<Tracer> search(tracer_, data_, brick, seed);
+        const std::uint32_t found = search.find();
+        link_rays_.fetch_add(search.rays(), std::memory_order_relaxed);
+        return found + 1;
+    }
+
+    /// Walks over all that is stored.
+    MeshStatistics statistics() const {
+        MeshStatistics sum;
+        const MeshView mesh = data_.view();
+        data_.for_each_brick([&](const Brick& brick) {
+            std::uint64_t cells = 0;
+            for (std::size_t t = 0; t < mesh.lights->tile_count(); ++t)
+                if (const BrickTile* tile = mesh.find_tile(brick, t))
+                    cells |= cells_in(load_acquire(tile->known));
+            // 8 bits for each cell of 8 light points.
+            sum.light_points += static_cast<std::size_t>(std::popcount(cells));
+            ++sum.bricks;
+        });
+        sum.long_tests = long_tests_done_.load(std::memory_order_relaxed);
+        sum.long_rays = long_rays_.load(std::memory_order_relaxed);
+        sum.link_rays = link_rays_.load(std::memory_order_relaxed);
+        sum.bytes = data_.bytes() + sizeof *this - sizeof data_ + long_tests_.bytes();
+        return sum;
+    }
+
+private:
+    Tracer tracer_;
+    mutable MeshData data_;
+    LongTests long_tests_;
+    mutable std::atomic<std::uint64_t> long_tests_done_{0};
+    mutable std::atomic<std::uint64_t> long_rays_{0};
+    mutable std::atomic<std::uint64_t> link_rays_{0};
+};
+
+}  // namespace lightmesh::detail

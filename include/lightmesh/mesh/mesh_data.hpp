@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/mesh/mesh_view.hpp>
+#include <lightmesh/mesh/pool.hpp>
+#include <lightmesh/mesh/region_table.hpp>
+#include <lightmesh/settings.hpp>
+#include <lightmesh/support/atomics.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// The visibilities of up to 64 lights from all light points of a brick: bit p of word l is V(L, x) of the
+/// light at place l of the tile from light point p.
+using BrickWords = std::array<std::uint64_t, lights_per_tile>;
+
+/// All that is known about light points: settings, lights, and what has been found out so far. Knows no
+/// tracer. Any number of threads may read, through a `view`, while others add to it; what is there never
+/// changes, and what two threads add at once is the same.
+class MeshData {
+public:
+    /// Throws what `LightTable` and `Grid` throw.
+    MeshData(std::span<const Light> lights, const Settings& settings)
+        : settings_(settings), grid_(settings), lights_(lights, grid_),
+          user_lights_(lights.begin(), lights.end()) {
+        grow_table();
+    }
+    MeshData(const MeshData&) = delete;
+    MeshData& operator=(const MeshData&) = delete;
+
+    const Settings& settings() const { return settings_; }
+    const Grid& grid() const { return grid_; }
+    const LightTable& lights() const { return lights_; }
+    /// As they were passed in.
+    std::span<const Light> user_lights() const { return user_lights_; }
+
+    /// What is there by now, and what comes later in regions that are there.
+    MeshView view() const {
+        const SlotTable* table = table_.load(std::memory_order_acquire);
+        return {&settings_,           &grid_,          &lights_,
+                table->as_view(),     regions_.view(), bricks_.view(),
+                tile_indices_.view(), tiles_.view(),   rows_.view(),
+                words_.view()};
+    }
+
+    /// The brick of these coordinates, made if it is not there. Throws what `Pool::allocate` throws.
+    Brick& find_or_make_brick(const glm::ivec3& coord) {
+        if (const Brick* brick = view().find_brick(coord))
+            return const_cast<Brick&>(*brick);
+        const std::scoped_lock lock(growing_);
+        Region& region = find_or_make_region(Region::key_of(coord));
+        std::uint32_t& place = region.bricks[Region::slot(coord)];
+        if (place != 0)
+            return bricks_[place - 1];
+        const std::size_t tile_count = lights_.tile_count();
+        const std::uint32_t tiles = tile_count > 1 ? tile_indices_.allocate(tile_count) : 0;
+        const std::uint32_t index = bricks_.allocate();
+        Brick& brick = bricks_[index];
+        brick.coord = {coord.x, coord.y, coord.z};
+        brick.tiles = tiles;
+        store_release(place, index + 1);
+        ++brick_count_;
+        return brick;
+    }
+
+    /// Stores units of a tile of a brick (see `BrickTile::known`); those that are there stay as they are:
+    /// they have the same value. Throws what `Pool::allocate` throws.
+    void publish(const Brick& brick, std::size_t t, std::uint64_t fresh, const BrickWords& lit) {
+        const SpinLock lock(const_cast<Brick&>(brick).lock);
+        BrickTile& tile = find_or_make_tile(brick, t);
+        fresh &= ~tile.known;
+        for (int cell = 0; cell < cells_per_brick; ++cell) {
+            const auto groups = static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff;
+            if (groups == 0)
+                continue;
+            const CellIndex before{tile.cells[static_cast<std::size_t>(cell)]};
+            CellRow row = before.is_known() ? row_of(tile, cell) : CellRow{};
+            for (std::size_t l = 0; l < lights_per_tile; ++l)
+                if ((groups >> (l / lights_per_group) & 1) != 0)
+                    row.bytes[l] = static_cast<std::uint8_t>(lit[l] >> (8 * cell));
+            store_release(tile.cells[static_cast<std::size_t>(cell)], keep(row).value);
+            if (before.is_known())
+                superseded_bytes_.fetch_add(before.is_words() ? 2 * sizeof(std::uint64_t) : sizeof(CellRow),
+                                            std::memory_order_relaxed);
+        }
+        or_release(tile.known, fresh);
+    }
+
+    /// Stores the links of a cell of a brick. May be called by many threads at once: they bring the same
+    /// bits.
+    void publish_links(const Brick& brick, int cell, const std::array<std::uint64_t, 3>& open) {
+        auto& changed = const_cast<Brick&>(brick);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            or_relaxed(changed.links[axis], open[axis]);
+        or_release(changed.links_known, static_cast<std::uint8_t>(1u << cell));
+    }
+
+    /// Keeps a flood of one of the brick's light points, and returns its index; if somebody else was first,
+    /// theirs: it is the same. Throws what `Pool::allocate` throws.
+    std::uint32_t publish_flood(const Brick& brick, int seed_bit, const FloodRecord& flood) {
+        auto& changed = const_cast<Brick&>(brick);
+        const SpinLock lock(changed.lock);
+        if (const std::uint32_t kept = find_flood(view(), brick, seed_bit); kept != 0)
+            return kept - 1;
+        const std::uint32_t index = words_.allocate(flood.size());
+        flood.write(&words_[index], seed_bit, changed.floods);
+        store_release(changed.floods, index + 1);
+        return index;
+    }
+
+    /// Calls visit(const Brick&) for all bricks, region by region.
+    template <class Visitor>
+    void for_each_brick(Visitor&& visit) const {
+        const MeshView mesh = view();
+        for (std::uint64_t i = 0; i < mesh.region_table.size; ++i) {
+            const std::uint32_t region = load_acquire(mesh.region_table.slots[i]);
+            if (region == 0)
+                continue;
+            for (const std::uint32_t& place : mesh.regions[region - 1].bricks)
+                if (const std::uint32_t brick = load_acquire(place))
+                    visit(std::as_const(mesh.bricks[brick - 1]));
+        }
+    }
+
+    std::size_t bytes() const {
+        const std::scoped_lock lock(growing_);
+        std::size_t sum = sizeof *this + lights_.bytes() + user_lights_.capacity() * sizeof(Light);
+        for (const auto& table : tables_)
+            sum += sizeof(SlotTable) + table->slots.capacity() * sizeof(std::uint32_t);
+        return sum + regions_.bytes() + bricks_.bytes() + tile_indices_.bytes() + tiles_.bytes() +
+               rows_.bytes() + words_.bytes();
+    }
+
+    /// All lights of a cell of which something is known; those of unknown groups are dark.
+    CellRow row_of(const BrickTile& tile, int cell) const {
+        const CellIndex at{load_acquire(tile.cells[static_cast<std::size_t>(cell)])};
+        if (!at.is_words())
+            return rows_[at.index()];
+        const std::uint64_t* record = &words_[at.index()];
+        CellRow row;
+        int rank = 0;
+        for (std::size_t l = 0; l < lights_per_tile; ++l) {
+            if ((record[1] >> l & 1) != 0) {
+                row.bytes[l] = static_cast<std::uint8_t>(record[2 + rank / 8] >> (8 * (rank % 8)));
+                ++rank;
+            } else {
+                row.bytes[l] = (record[0] >> l & 1) != 0 ? 0xff : 0;
+            }
+        }
+        return row;
+    }
+
+private:
+    struct SlotTable {
+        explicit SlotTable(std::size_t size) : slots(size) {}
+        RegionTable as_view() const { return {slots.data(), slots.size()}; }
+        mutable std::vector<std::uint32_t> slots;
+    };
+
+    Region& find_or_make_region(std::uint64_t key) {
+        if (const std::uint32_t region = tables_.back()->as_view().find(regions_.view(), key))
+            return regions_[region - 1];
+        if (2 * (region_count_ + 1) > tables_.back()->slots.size())
+            grow_table();
+        const std::uint32_t index = regions_.allocate();
+        regions_[index].key = key;
+        tables_.back()->as_view().insert(key, index + 1);
+        ++region_count_;
+        return regions_[index];
+    }
+
+    /// A table of twice the size. The old one is kept: a look-up may still be in it; it then misses what came
+    /// later, and makes sure under the lock.
+    void grow_table() {
+        const std::size_t size = tables_.empty() ? 64 : 2 * tables_.back()->slots.size();
+        auto table = std::make_unique<SlotTable>(size);
+        if (!tables_.empty())
+            for (const std::uint32_t region : tables_.back()->slots)
+                if (region != 0)
+                    table->as_view().insert(regions_[region - 1].key, region);
+        tables_.push_back(std::move(table));
+        table_.store(tables_.back().get(), std::memory_order_release);
+    }
+
+    BrickTile& find_or_make_tile(const Brick& brick, std::size_t t) {
+        auto& place = const_cast<std::uint32_t&>(view().tile_index(brick, t));
+        if (place == 0)
+            store_release(place, tiles_.allocate() + 1);
+        return tiles_[place - 1];
+    }
+
+    CellIndex keep(const CellRow& row) {
+        std::uint64_t lit = 0;
+        std::uint64_t mixed = 0;
+        for (std::size_t l = 0; l < lights_per_tile; ++l) {
+            lit |= static_cast<std::uint64_t>(row.bytes[l] == 0xff) << l;
+            mixed |= static_cast<std::uint64_t>(row.bytes[l] != 0xff && row.bytes[l] != 0) << l;
+        }
+        if (std::popcount(mixed) > most_mixed_in_words) {
+            const std::uint32_t index = rows_.allocate();
+            rows_[index] = row;
+            return CellIndex::row(index);
+        }
+        const std::uint32_t index = words_.allocate(mixed == 0 ? 2 : 3);
+        std::uint64_t* record = &words_[index];
+        record[0] = lit;
+        record[1] = mixed;
+        int shift = 0;
+        for (std::uint64_t rest = mixed; rest != 0; rest &= rest - 1, shift += 8)
+            record[2] |=
+                static_cast<std::uint64_t>(row.bytes[static_cast<std::size_t>(std::countr_zero(rest))])
+                << shift;
+        return CellIndex::words(index);
+    }
+
+    Settings settings_;
+    Grid grid_;
+    LightTable lights_;
+    std::vector<Light> user_lights_;
+    std::atomic<const SlotTable*> table_{nullptr};
+    mutable std::mutex growing_;
+    std::vector<std::unique_ptr<SlotTable>> tables_;
+    Pool<Region> regions_;
+    Pool<Brick> bricks_;
+    Pool<std::uint32_t> tile_indices_;
+    Pool<BrickTile> tiles_;
+    Pool<CellRow> rows_;
+    Pool<std::uint64_t> words_;
+    std::size_t region_count_ = 0;
+    std::size_t brick_count_ = 0;
+    std::atomic<std::size_t> superseded_bytes_{0};
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <stdexcept>
+#include <type_traits>
+
+/// Arrays that grow without moving, addressed by 32-bit indices.
+
+namespace lightmesh::detail {
+
+/// How a pool of T is cut into chunks: eight of one size, eight of twice that size, and so on. So no more
+/// than an eighth of a pool lies idle, and a chunk is found from an index by shifts alone.
+template <class T>
+struct PoolChunks {
+    /// log2 of eight times the elements of the smallest chunks.
+    static constexpr int first_bits =
+        std::bit_width((std::max)(std::size_t{16384} / sizeof(T), std::size_t{16})) - 1;
+    static constexpr std::uint64_t base = std::uint64_t{1} << first_bits;
+    static constexpr std::size_t count = 8 * static_cast<std::size_t>(33 - first_bits);
+
+    static std::size_t chunk_of(std::uint32_t index) {
+        const std::uint64_t from_zero = index + base;
+        const int eighth = static_cast<int>(std::bit_width(from_zero)) - 4;
+        return static_cast<std::size_t>(8 * (eighth - first_bits + 3)) +
+               static_cast<std::size_t>(from_zero >> eighth & 7);
+    }
+    static std::size_t offset_in_chunk(std::uint32_t index) {
+        const std::uint64_t from_zero = index + base;
+        const int eighth = static_cast<int>(std::bit_width(from_zero)) - 4;
+        return static_cast<std::size_t>(from_zero & ((std::uint64_t{1} << eighth) - 1));
+    }
+    static std::uint64_t first_index(std::size_t chunk) {
+        return ((8 + chunk % 8) << (static_cast<std::size_t>(first_bits) - 3 + chunk / 8)) - base;
+    }
+    static std::size_t size(std::size_t chunk) {
+        return std::size_t{1} << (static_cast<std::size_t>(first_bits) - 3 + chunk / 8);
+    }
+};
+
+/// The elements of a pool, or of an array in place of one, for whoever has their indices.
+template <class T>
+class PoolView {
+public:
+    using Chunks = PoolChunks<T>;
+    using Table = std::array<std::atomic<T*>, Chunks::count>;
+
+    PoolView() = default;
+    explicit PoolView(const Table& table) : table_(&table) {}
+
+    /// The element must have been handed out, and its index passed on by an acquiring load.
+    T& operator[](std::uint32_t index) const {
+        T* chunk = (*table_)[Chunks::chunk_of(index)].load(std::memory_order_relaxed);
+        return chunk[Chunks::offset_in_chunk(index)];
+    }
+
+private:
+    const Table* table_ = nullptr;
+};
+
+/// A table of chunks over an array that somebody else owns.
+template <class T>
+void spread_over(typename PoolView<T>::Table& table, T* first, std::size_t size) {
+    for (std::size_t chunk = 0; chunk < table.size(); ++chunk) {
+        const std::uint64_t begin = PoolChunks<T>::first_index(chunk);
+        table[chunk].store(begin < size ? first + begin : nullptr, std::memory_order_relaxed);
+    }
+}
+
+/// A growing array of zero-initialised T. Elements are handed out one after the other and never move; all of
+/// them are given back together. Any number of threads may allocate, and read what was handed out.
+template <class T>
+class Pool {
+    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
+public:
+    using Chunks = PoolChunks<T>;
+
+    /// Index of the first of `count` elements that lie side by side. Throws std::bad_alloc, and
+    /// std::length_error beyond 2^32 elements; nothing has changed then.
+    std::uint32_t allocate(std::size_t count = 1) {
+        const std::scoped_lock lock(growing_);
+        std::uint64_t first = size_;
+        for (;;) {
+            if (first + count > 0xfffffffeu)
+                throw std::length_error("lightmesh: a mesh holds up to 2^32 entries of a kind");
+            const std::size_t chunk = Chunks::chunk_of(static_cast<std::uint32_t>(first));
+            const std::uint64_t end = Chunks::first_index(chunk) + Chunks::size(chunk);
+            if (first + count <= end) {
+                make(chunk);
+                size_ = first + count;
+                return static_cast<std::uint32_t>(first);
+            }
+            first = end;  // What is left of the chunk is too short: it stays idle.
+        }
+    }
+
+    T& operator[](std::uint32_t index) const { return view()[index]; }
+    PoolView<T> view() const { return PoolView<T>(chunks_); }
+
+    /// Memory taken from the system.
+    std::size_t bytes() const {
+        const std::scoped_lock lock(growing_);
+        return bytes_;
+    }
+
+private:
+    static constexpr std::size_t alignment = (std::max)(alignof(T), std::size_t{64});
+    struct Free {
+        void operator()(T* chunk) const { ::operator delete (chunk, std::align_val_t{alignment}); }
+    };
+    using Owner = std::unique_ptr<T, Free>;
+
+    void make(std::size_t chunk) {
+        if (owners_[chunk] != nullptr)
+            return;
+        const std::size_t size = Chunks::size(chunk) * sizeof(T);
+        owners_[chunk] = Owner(static_cast<T*>(::operator new (size, std::align_val_t{alignment})));
+        std::memset(static_cast<void*>(owners_[chunk].get()), 0, size);
+        bytes_ += size;
+        chunks_[chunk].store(owners_[chunk].get(), std::memory_order_release);
+    }
+
+    mutable std::mutex growing_;
+    std::uint64_t size_ = 0;
+    std::size_t bytes_ = 0;
+    std::array<Owner, Chunks::count> owners_{};
+    typename PoolView<T>::Table chunks_{};
+};
+
+}  // namespace lightmesh::detail

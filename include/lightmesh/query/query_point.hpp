@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/fill/ray_ends.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/query/neighbours.hpp>
+#include <lightmesh/query/seeds.hpp>
+#include <lightmesh/support/vectors.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace lightmesh::detail {
+
+/// A surface point on its way through a query.
+struct QueryPoint {
+    glm::vec3 position{0.0f};
+    glm::vec3 normal{0.0f};  ///< of length 1 or 0
+    glm::dvec3 grid_place{0.0};
+    Neighbours neighbours;
+    SeedCandidates seeds;
+    glm::ivec3 seed{0};
+    const BrickPoints* seed_entry = nullptr;
+    std::size_t row = 0;       ///< the row of the result
+    std::uint32_t window = 0;  ///< sets of one window can be compared
+    std::uint32_t first_change = 0;
+    std::uint32_t change_count = 0;
+    bool differs_little = false;  ///< from the point before
+    bool lights_agree = true;     ///< for each light that reaches the point all neighbours agree
+
+    QueryPoint() = default;
+    QueryPoint(const glm::vec3& position_, const glm::vec3& normal_)
+        : position(position_), normal(unit_or_zero(normal_)) {}
+
+    /// Goes on to the next light point that may be the seed of the linked short test. False if there is none
+    /// left: then the point sees no neighbour.
+    bool next_seed() {
+        while (!seeds.empty()) {
+            seed = seeds.next();
+            seed_entry = neighbours.entry_with(seed);
+            if (seed_entry != nullptr)
+                return true;
+        }
+        neighbours.clear();
+        return false;
+    }
+};
+
+/// The surface end of segments from a point.
+inline glm::vec3 surface_end_of(const QueryPoint& point, const Grid& grid) {
+    return surface_end(point.position, point.normal, static_cast<float>(grid.step()));
+}
+
+}  // namespace lightmesh::detail

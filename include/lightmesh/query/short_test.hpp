@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/fill/trace.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/mesh_view.hpp>
+#include <lightmesh/query/neighbours.hpp>
+#include <lightmesh/query/query_point.hpp>
+#include <lightmesh/segment.hpp>
+#include <lightmesh/statistics.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+/// V(P, x) of equation (2).
+
+namespace lightmesh::detail {
+
+/// The linked short test: leaves the neighbours that the flood of the seed reaches. The point is known to see
+/// its seed.
+template <class Filler>
+void link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point) {
+    const std::uint32_t flood = filler.flood_of(mesh, *point.seed_entry->brick, point.seed);
+    const FloodView reached(&mesh.words[flood - 1]);
+    const FloodBox box(point.seed, mesh.grid->quality());
+    const std::size_t slots = FloodBox::slots(mesh.grid->quality());
+    point.neighbours.narrow([&](const BrickPoints& entry) {
+        const glm::ivec3 coord = entry.brick->position();
+        return box.contains(coord) ? reached.in_slot(box.slot(coord), slots) : std::uint64_t{0};
+    });
+}
+
+/// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
+template <Intersector Tracer>
+bool sees_any_neighbour(const Tracer& tracer, const MeshView& mesh, const QueryPoint& point,
+                        QueryStatistics* spent) {
+    const glm::vec3 end = surface_end_of(point, *mesh.grid);
+    for (const BrickPoints& entry : point.neighbours.entries()) {
+        for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
+            if (spent != nullptr)
+                ++spent->short_rays;
+            const glm::ivec3 pos = grid_pos_of(entry.brick->position(), std::countr_zero(rest));
+            if (!tracer.occluded(Segment{end, mesh.grid->position(pos)}))
+                return true;
+        }
+    }
+    return false;
+}
+
+/// The exact short test: leaves the neighbours that P sees, by a ray for each.
+template <Intersector Tracer>
+void test_neighbours(const Tracer& tracer, const MeshView& mesh, QueryPoint& point, QueryStatistics* spent) {
+    const glm::vec3 end = surface_end_of(point, *mesh.grid);
+    point.neighbours.narrow([&](const BrickPoints& entry) {
+        std::array<Segment, most_segments> segments;
+        std::array<std::uint8_t, most_segments> hit;
+        std::size_t size = 0;
+        for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
+            const glm::ivec3 pos = grid_pos_of(entry.brick->position(), std::countr_zero(rest));
+            segments[size++] = {end, mesh.grid->position(pos)};
+        }
+        trace(tracer, std::span<const Segment>(segments).first(size), std::span(hit).first(size));
+        if (spent != nullptr)
+            spent->short_rays += size;
+        std::uint64_t seen = 0;
+        std::size_t i = 0;
+        for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1)
+            if (hit[i++] == 0)
+                seen |= rest & (~rest + 1);
+        return seen;
+    });
+}
+
+}  // namespace lightmesh::detail

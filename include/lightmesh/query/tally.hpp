@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/mesh_view.hpp>
+#include <lightmesh/query/kernels/kernel_types.hpp>
+#include <lightmesh/query/neighbours.hpp>
+#include <lightmesh/support/atomics.hpp>
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+/// The sum of equation (3).
+
+namespace lightmesh::detail {
+
+/// How two interpolation sets of one `BrickWindow` differ in a brick.
+struct BrickChange {
+    const Brick* brick;
+    std::uint64_t added;
+    std::uint64_t removed;
+};
+
+/// Writes how `after` differs from `before` to `changes`, which has room for the entries of both; both are in
+/// the order of slots. Returns how many there are.
+inline std::size_t find_changes(std::span<const BrickPoints> before, std::span<const BrickPoints> after,
+                                BrickChange* changes) {
+    std::size_t size = 0;
+    std::size_t b = 0;
+    std::size_t a = 0;
+    while (b < before.size() && a < after.size()) {
+        if (before[b].slot == after[a].slot) {
+            const std::uint64_t common = before[b].points & after[a].points;
+            changes[size] = {after[a].brick, after[a].points ^ common, before[b].points ^ common};
+            size += before[b].points != after[a].points ? 1u : 0u;
+            ++b;
+            ++a;
+        } else if (before[b].slot < after[a].slot) {
+            changes[size++] = {before[b].brick, 0, before[b].points};
+            ++b;
+        } else {
+            changes[size++] = {after[a].brick, after[a].points, 0};
+            ++a;
+        }
+    }
+    for (; b < before.size(); ++b)
+        changes[size++] = {before[b].brick, 0, before[b].points};
+    for (; a < after.size(); ++a)
+        changes[size++] = {after[a].brick, after[a].points, 0};
+    return size;
+}
+
+/// For each light of a tile the number of light points of a set that see it. A set that differs little from
+/// the one before is counted by what differs: the sums are of integers, and so the same.
+class Tally {
+public:
+    Tally(const MeshView& mesh, const Kernels& kernels, std::size_t tile)
+        : mesh_(mesh), kernels_(kernels), tile_(tile) {}
+
+    /// Lights of unknown groups get numbers that mean nothing.
+    const std::uint16_t* counts() const { return counts_.data(); }
+
+    void start_anew() { counts_.fill(0); }
+
+    void add(const Brick& brick, std::uint64_t points) { gather(brick, points, added_); }
+    void remove(const Brick& brick, std::uint64_t points) { gather(brick, points, removed_); }
+
+    /// Must be called before the counts are read.
+    void finish() {
+        flush(added_, false);
+        flush(removed_, true);
+    }
+
+private:
+    static constexpr std::size_t capacity = 128;
+
+    /// Cells that are yet to be counted.
+    struct Cells {
+        std::array<RowPoints, capacity + cells_per_brick> rows;
+        std::array<WordPoints, capacity + cells_per_brick> words;
+        std::size_t row_count = 0;
+        std::size_t word_count = 0;
+    };
+
+    void gather(const Brick& brick, std::uint64_t points, Cells& cells) {
+        if (points == 0)
+            return;
+        const BrickTile* tile = mesh_.find_tile(brick, tile_);
+        if (tile == nullptr)
+            return;
+        for (std::uint64_t rest = cells_in(points) & every_byte; rest != 0; rest &= rest - 1) {
+            const int first = std::countr_zero(rest);
+            const CellIndex at{load_acquire(tile->cells[static_cast<std::size_t>(first / 8)])};
+            if (!at.is_known())
+                continue;
+            const auto in_cell = static_cast<std::uint8_t>(points >> first);
+            if (at.is_words())
+                cells.words[cells.word_count++] = {&mesh_.words[at.index()], in_cell};
+            else
+                cells.rows[cells.row_count++] = {mesh_.rows[at.index()].bytes.data(), in_cell};
+        }
+        if (cells.row_count > capacity || cells.word_count > capacity)
+            flush(cells, &cells == &removed_);
+    }
+
+    void flush(Cells& cells, bool subtract) {
+        if (cells.row_count != 0)
+            kernels_.add_rows(cells.rows.data(), cells.row_count, subtract, counts_.data());
+        if (cells.word_count != 0)
+            kernels_.add_words(cells.words.data(), cells.word_count, subtract, counts_.data());
+        cells.row_count = 0;
+        cells.word_count = 0;
+    }
+
+    const MeshView& mesh_;
+    const Kernels& kernels_;
+    std::size_t tile_;
+    alignas(64) std::array<std::uint16_t, lights_per_tile> counts_{};
+    Cells added_;
+    Cells removed_;
+};
+
+/// The number of light points of a set that see one light, in place l of a tile; its group must be known.
+inline int count_lit(const MeshView& mesh, std::span<const BrickPoints> entries, std::size_t tile,
+                     std::size_t l) {
+    int lit = 0;
+    for (const BrickPoints& entry : entries) {
+        const BrickTile* known = mesh.find_tile(*entry.brick, tile);
+        for (std::uint64_t rest = cells_in(entry.points) & every_byte; rest != 0; rest &= rest - 1) {
+            const int first = std::countr_zero(rest);
+            const auto points = static_cast<std::uint32_t>(entry.points >> first & 0xff);
+            lit += std::popcount(mesh.lit_in_cell(*known, first / 8, l) & points);
+        }
+    }
+    return lit;
+}
+
+}  // namespace lightmesh::detail
