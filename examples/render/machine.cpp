@@ -3,13 +3,12 @@
 
 #include "adapters/embree_intersector.hpp"
 
-#include <lightmesh/query/kernels/kernels.hpp>
+#include <lightmesh/light_mesh.hpp>
 
 #include <unistd.h>
 
 #include <fstream>
 #include <thread>
-#include <type_traits>
 
 namespace demo {
 
@@ -33,22 +32,15 @@ std::string compiler() {
 #endif
 }
 
-std::string kernel() {
-    if (std::is_same_v<lightmesh::detail::FastestKernel, lightmesh::detail::PortableKernel>)
-        return "portable";
-#if defined(LIGHTMESH_HAS_AVX512_KERNEL)
-    return "AVX-512";
-#else
-    return "AVX2";
-#endif
-}
-
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> describe_machine() {
-    return {{"processor", processor()}, {"cores", std::to_string(std::thread::hardware_concurrency())},
-            {"compiler", compiler()},   {"flags", LIGHTMESH_FLAGS},
-            {"kernel", kernel()},       {"Embree", RTC_VERSION_STRING}};
+    return {{"processor", processor()},
+            {"cores", std::to_string(std::thread::hardware_concurrency())},
+            {"compiler", compiler()},
+            {"flags", LIGHTMESH_FLAGS},
+            {"kernel", lightmesh::kernel_name()},
+            {"Embree", RTC_VERSION_STRING}};
 }
 
 double physical_memory() {

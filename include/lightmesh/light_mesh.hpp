@@ -2,16 +2,24 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/bounds.hpp>
 #include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/merge.hpp>
+#include <lightmesh/mesh/snapshot_reader.hpp>
+#include <lightmesh/mesh/snapshot_writer.hpp>
 #include <lightmesh/query/query.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/support/check.hpp>
+#include <lightmesh/surface_point.hpp>
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <memory>
@@ -19,6 +27,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace lightmesh {
 
@@ -78,8 +87,7 @@ public:
     /// values. Throws std::invalid_argument if `all` does not have exactly `light_count()` places.
     void visibility(const glm::vec3& point, const glm::vec3& normal, std::span<float> all,
                     QueryStatistics* spent = nullptr) const {
-        if (all.size() != light_count())
-            throw_wrong_size("visibilities", all.size(), light_count());
+        detail::require_size("visibilities", all.size(), light_count());
         detail::BlockQuery(*filler_, spent).run({&point, 1}, {&normal, 1}, all);
     }
 
@@ -88,11 +96,69 @@ public:
     /// point. Throws std::invalid_argument unless there are as many normals and rows as points.
     void visibility(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
                     std::span<float> all, QueryStatistics* spent = nullptr) const {
-        if (normals.size() != points.size())
-            throw_wrong_size("normals", normals.size(), points.size());
-        if (all.size() != points.size() * light_count())
-            throw_wrong_size("visibilities", all.size(), points.size() * light_count());
+        detail::require_size("normals", normals.size(), points.size());
+        detail::require_size("visibilities", all.size(), points.size() * light_count());
         detail::BlockQuery(*filler_, spent).run(points, normals, all);
+    }
+
+    /// The same for points that carry more than P and n. A light mesh uses these two.
+    float visibility(const SurfacePoint& point, std::size_t light, QueryStatistics* spent = nullptr) const {
+        return visibility(point.position, point.normal, light, spent);
+    }
+    /// As above.
+    void visibility(const SurfacePoint& point, std::span<float> all, QueryStatistics* spent = nullptr) const {
+        visibility(point.position, point.normal, all, spent);
+    }
+    /// As above.
+    void visibility(std::span<const SurfacePoint> points, std::span<float> all,
+                    QueryStatistics* spent = nullptr) const {
+        detail::require_size("visibilities", all.size(), points.size() * light_count());
+        detail::BlockQuery query(*filler_, spent);
+        for_each_block(points, [&](std::size_t first, std::span<const glm::vec3> positions,
+                                   std::span<const glm::vec3> normals) {
+            query.run(positions, normals,
+                      all.subspan(first * light_count(), positions.size() * light_count()));
+            return true;
+        });
+    }
+
+    /// Finds and stores ahead of queries what they will need at these points: then they are as fast as on a
+    /// filled mesh. From time to time progress(done, total), in points, is called; if it returns false,
+    /// filling ends there. Returns whether it went to the end. May be called from any number of threads, for
+    /// parts of the points each.
+    template <class Progress>
+    bool fill(std::span<const SurfacePoint> points, Progress&& progress) const {
+        detail::BlockQuery query(*filler_, nullptr);
+        return for_each_block(points, [&](std::size_t first, std::span<const glm::vec3> positions,
+                                          std::span<const glm::vec3> normals) {
+            query.fill(positions, normals);
+            return static_cast<bool>(progress(first + positions.size(), points.size()));
+        });
+    }
+    /// The same without progress.
+    void fill(std::span<const SurfacePoint> points) const {
+        fill(points, [](std::size_t, std::size_t) { return true; });
+    }
+
+    /// All that the mesh knows, as one block of bytes that can be saved, sent, merged into another mesh, and
+    /// read in place by a `SnapshotView`. Meshes that know the same have the same bytes. May be taken while
+    /// other threads query. Throws std::bad_alloc.
+    std::vector<std::byte> snapshot() const {
+        return detail::SnapshotWriter(data()).write(Filler::LongTestsType::kind);
+    }
+
+    /// Adds what a snapshot knows and this mesh lacks: of a mesh with the same radius, quality, origin and
+    /// kind of long tests, of the same scene. Lights belong together by their numbers; those that differ
+    /// contribute nothing, nor does anything that may have to do with the boxes in `changed`, where the scene
+    /// is another one than it was for the snapshot. `bytes` must begin at a multiple of 16.
+    ///
+    /// Everything is checked before the mesh is touched: throws std::invalid_argument that says what is wrong
+    /// with the bytes, or that more than 1 in 1,000 bits that both know differ. Where fewer differ, as with
+    /// another processor's tracer, the mesh keeps its own. An exclusive call: nothing else may use the mesh
+    /// meanwhile.
+    void merge(std::span<const std::byte> bytes, std::span<const Bounds> changed = {}) {
+        const detail::SnapshotReader from(bytes);
+        detail::Merge(filler_->data(), from, Filler::LongTestsType::kind, changed).run();
     }
 
     /// What the mesh holds by now. Walks over all of it.
@@ -103,18 +169,39 @@ private:
 
     const detail::MeshData& data() const { return filler_->data(); }
 
+    /// Calls visit(first, positions, normals) for blocks of points, until it returns false; returns whether
+    /// it never did.
+    template <class Visitor>
+    static bool for_each_block(std::span<const SurfacePoint> points, Visitor&& visit) {
+        constexpr std::size_t block = 256;
+        std::array<glm::vec3, block> positions;
+        std::array<glm::vec3, block> normals;
+        for (std::size_t first = 0; first < points.size(); first += block) {
+            const std::size_t size = (std::min)(block, points.size() - first);
+            for (std::size_t i = 0; i < size; ++i) {
+                positions[i] = points[first + i].position;
+                normals[i] = points[first + i].normal;
+            }
+            if (!visit(first, std::span<const glm::vec3>(positions).first(size),
+                       std::span<const glm::vec3>(normals).first(size)))
+                return false;
+        }
+        return true;
+    }
+
     [[noreturn]] void throw_no_such_light(std::size_t light) const {
         throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) + "; the mesh has " +
                                 std::to_string(light_count()));
     }
-    [[noreturn]] static void throw_wrong_size(const char* what, std::size_t size, std::size_t expected) {
-        throw std::invalid_argument("lightmesh: the span of " + std::string(what) + " has " +
-                                    std::to_string(size) + " places; it must have " +
-                                    std::to_string(expected));
-    }
 
     std::unique_ptr<const Filler> filler_;
 };
+
+/// Which kernels queries use on this processor, chosen when the first query runs: "AVX-512", "AVX2" or
+/// "portable".
+inline const char* kernel_name() {
+    return detail::kernels().name;
+}
 
 /// Long tests by rays, lights from any contiguous range.
 template <class Tracer, class Lights>

@@ -28,5 +28,6 @@
 #include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/shadows/shadow_map.hpp>
 #include <lightmesh/shadows/shadow_volume.hpp>
+#include <lightmesh/snapshot.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/surface_point.hpp>

@@ -6,6 +6,7 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/mesh/snapshot_format.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -54,6 +55,8 @@ std::uint64_t trace_long_test(const Tracer& tracer, const LightTable& lights, st
 /// Long tests by rays of the user's tracer.
 class RayLongTests {
 public:
+    static constexpr LongTestKind kind = LongTestKind::rays;
+
     template <Intersector Tracer>
     std::uint64_t operator()(const Tracer& tracer, const LightTable& lights, std::size_t light,
                              std::span<const glm::vec3> points, LongTestCost& cost) const {

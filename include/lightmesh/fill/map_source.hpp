@@ -26,6 +26,8 @@ namespace lightmesh::detail {
 template <DepthRenderer Renderer>
 class MapLongTests {
 public:
+    static constexpr LongTestKind kind = LongTestKind::shadow_maps;
+
     MapLongTests(Renderer renderer, std::span<const Light> lights, const Settings& settings)
         : refine_(settings.refine_shadow_maps) {
         const auto shared = std::make_shared<SharedDepthRenderer<Renderer>>(std::move(renderer));

@@ -28,11 +28,17 @@ namespace lightmesh::detail {
 template <Intersector Tracer, class LongTests>
 class MeshFiller {
 public:
+    using LongTestsType = LongTests;
+
     template <class... LongTestArguments>
     MeshFiller(Tracer tracer, std::span<const Light> lights, const Settings& settings,
                LongTestArguments&&... long_tests)
         : tracer_(std::move(tracer)), data_(lights, settings),
           long_tests_(std::forward<LongTestArguments>(long_tests)...) {}
+
+    /// By rays, on a grid that may have its origin from elsewhere.
+    MeshFiller(Tracer tracer, std::span<const Light> lights, const Settings& settings, const Grid& grid)
+        : tracer_(std::move(tracer)), data_(lights, settings, grid) {}
 
     const Tracer& tracer() const { return tracer_; }
     MeshData& data() const { return data_; }

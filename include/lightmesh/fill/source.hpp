@@ -54,6 +54,8 @@ namespace detail {
 
 /// In place of the long tests of an adapter that does not fit, so that the compiler has one complaint only.
 struct NoLongTests {
+    static constexpr LongTestKind kind = LongTestKind::rays;
+
     template <class... Arguments>
     explicit NoLongTests(Arguments&&...) {}
     template <class Tracer>

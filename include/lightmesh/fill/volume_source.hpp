@@ -24,6 +24,8 @@ namespace lightmesh::detail {
 /// `RayLongTests` do.
 class VolumeLongTests {
 public:
+    static constexpr LongTestKind kind = LongTestKind::shadow_volumes;
+
     template <Occluders Source>
     VolumeLongTests(const Source& source, std::span<const Light> lights, const Settings& settings)
         : triangles_(std::make_shared<const OccluderTriangles>(source)) {

@@ -77,6 +77,18 @@ public:
         return sum;
     }
 
+    /// Whether it names slots of a box with so many only, and none as both full and partial.
+    bool has_slots(std::size_t slots) const {
+        const std::size_t words = bit_words(slots);
+        const std::uint64_t beyond = slots % 64 == 0 ? 0 : ~std::uint64_t{0} << (slots % 64);
+        for (std::size_t w = 0; w < words; ++w)
+            if ((record_[1 + w] & record_[1 + words + w]) != 0)
+                return false;
+        return ((record_[words] | record_[2 * words]) & beyond) == 0;
+    }
+
+    const std::uint64_t* words() const { return record_; }
+
     /// The light points that are reached in a slot of a box with so many. Those farther than
     /// `FloodBox::radius` from the seed go with the others of their brick, or are left out.
     std::uint64_t in_slot(std::size_t slot, std::size_t slots) const {

@@ -47,6 +47,14 @@ public:
         }
     }
 
+    /// The same with an origin in double: that of another grid, from its `origin`. Throws as above.
+    Grid(const Settings& settings, const glm::dvec3& origin) : Grid(settings) {
+        detail::require(std::abs(origin.x) <= 1e18 && std::abs(origin.y) <= 1e18 &&
+                            std::abs(origin.z) <= 1e18,
+                        "the grid's origin", glm::vec3(origin), "of magnitude up to 1e18");
+        origin_ = origin;
+    }
+
     /// r of equation (2), world units.
     float radius() const { return radius_; }
     /// q: light points per radius.

@@ -39,7 +39,10 @@ class MeshData {
 public:
     /// Throws what `LightTable` and `Grid` throw.
     MeshData(std::span<const Light> lights, const Settings& settings)
-        : settings_(settings), grid_(settings), lights_(lights, grid_),
+        : MeshData(lights, settings, Grid(settings)) {}
+    /// The same with a grid that may have its origin from elsewhere.
+    MeshData(std::span<const Light> lights, const Settings& settings, const Grid& grid)
+        : settings_(settings), grid_(grid), lights_(lights, grid_),
           user_lights_(lights.begin(), lights.end()) {
         grow_table();
     }
@@ -77,7 +80,6 @@ public:
         brick.coord = {coord.x, coord.y, coord.z};
         brick.tiles = tiles;
         store_release(place, index + 1);
-        ++brick_count_;
         return brick;
     }
 
@@ -116,14 +118,17 @@ public:
     /// Keeps a flood of one of the brick's light points, and returns its index; if somebody else was first,
     /// theirs: it is the same. Throws what `Pool::allocate` throws.
     std::uint32_t publish_flood(const Brick& brick, int seed_bit, const FloodRecord& flood) {
-        auto& changed = const_cast<Brick&>(brick);
-        const SpinLock lock(changed.lock);
-        if (const std::uint32_t kept = find_flood(view(), brick, seed_bit); kept != 0)
-            return kept - 1;
-        const std::uint32_t index = words_.allocate(flood.size());
-        flood.write(&words_[index], seed_bit, changed.floods);
-        store_release(changed.floods, index + 1);
-        return index;
+        return keep_flood(brick, seed_bit, flood.size(), [&](std::uint64_t* record, std::uint32_t next) {
+            flood.write(record, seed_bit, next);
+        });
+    }
+    /// The same for a flood of another mesh, in a box with so many slots.
+    std::uint32_t publish_flood(const Brick& brick, const FloodView& flood, std::size_t slots) {
+        const std::size_t size = flood.size(slots);
+        return keep_flood(brick, flood.seed_bit(), size, [&](std::uint64_t* record, std::uint32_t next) {
+            std::copy_n(flood.words(), size, record);
+            record[0] = static_cast<std::uint64_t>(flood.seed_bit()) << 32 | next;
+        });
     }
 
     /// Calls visit(const Brick&) for all bricks, region by region.
@@ -207,6 +212,18 @@ private:
         return tiles_[place - 1];
     }
 
+    template <class Write>
+    std::uint32_t keep_flood(const Brick& brick, int seed_bit, std::size_t size, Write&& write) {
+        auto& changed = const_cast<Brick&>(brick);
+        const SpinLock lock(changed.lock);
+        if (const std::uint32_t kept = find_flood(view(), brick, seed_bit); kept != 0)
+            return kept - 1;
+        const std::uint32_t index = words_.allocate(size);
+        write(&words_[index], changed.floods);
+        store_release(changed.floods, index + 1);
+        return index;
+    }
+
     CellIndex keep(const CellRow& row) {
         std::uint64_t lit = 0;
         std::uint64_t mixed = 0;
@@ -245,7 +262,6 @@ private:
     Pool<CellRow> rows_;
     Pool<std::uint64_t> words_;
     std::size_t region_count_ = 0;
-    std::size_t brick_count_ = 0;
     std::atomic<std::size_t> superseded_bytes_{0};
 };
 

@@ -57,6 +57,18 @@ public:
         }
     }
 
+    /// Finds and stores all that `run` would need for these points, but for what `ShortTest::exact` asks of
+    /// each point alone.
+    void fill(std::span<const glm::vec3> points, std::span<const glm::vec3> normals) {
+        for (std::size_t done = 0; done < points.size();) {
+            done += start_block(points.subspan(done), normals.subspan(done), done);
+            if (short_test() == ShortTest::linked)
+                find_linked_neighbours();
+            find_all_changes();
+            resolve();
+        }
+    }
+
 private:
     static constexpr std::size_t most_points = most_segments;
     static constexpr std::size_t most_entries = 2048;
@@ -70,6 +82,11 @@ private:
 
     std::span<float> row(const QueryPoint& point) const {
         return all_.subspan(point.row * lights().size(), lights().size());
+    }
+
+    void fill_row(const QueryPoint& point, float value) const {
+        if (!all_.empty())
+            std::ranges::fill(row(point), value);
     }
 
     std::uint64_t reaching(const QueryPoint& point, std::size_t tile) const {
@@ -96,12 +113,12 @@ private:
             if (spent_ != nullptr)
                 ++spent_->points;
             if (!is_finite(positions[taken]) || !is_finite(normals[taken])) {
-                std::ranges::fill(row(point), std::numeric_limits<float>::quiet_NaN());
+                fill_row(point, std::numeric_limits<float>::quiet_NaN());
                 continue;
             }
             point.grid_place = grid().locate(point.position);
             if (!find_reaching_lights(point)) {
-                std::ranges::fill(row(point), 0.0f);
+                fill_row(point, 0.0f);
                 continue;
             }
             entry_count += find_neighbours(point, &entries_[entry_count]);

@@ -35,4 +35,12 @@ void require(bool valid, const std::string& what, const Value& value, const char
         throw std::invalid_argument("lightmesh: " + what + " is " + to_text(value) + "; it must be " + rule);
 }
 
+/// Throws std::invalid_argument unless the span of `what` has the size that it must have.
+inline void require_size(const char* what, std::size_t size, std::size_t expected) {
+    if (size != expected)
+        throw std::invalid_argument("lightmesh: the span of " + std::string(what) + " has " +
+                                    std::to_string(size) + " places; it must have " +
+                                    std::to_string(expected));
+}
+
 }  // namespace lightmesh::detail

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/bounds.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
+#include <lightmesh/mesh/mesh_data.hpp>
+#include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/mesh/snapshot_reader.hpp>
+#include <lightmesh/support/check.hpp>
+#include <lightmesh/support/vectors.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// Whether any segment between a box and a light meets another box: exact, but for rounding to the safe side.
+inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& box) {
+    // The points at share t of the way are the box `from`, shrunk to 1 - t and moved: all axes must overlap
+    // at the same t. A directional light is never reached: t goes on without end.
+    double first = 0.0;
+    double last = light.is_directional ? std::numeric_limits<double>::infinity() : 1.0;
+    const auto keep_below = [&](double at_start, double slope, double limit) {
+        // at_start + slope * t <= limit
+        if (slope > 0.0)
+            last = (std::min)(last, (limit - at_start) / slope);
+        else if (slope < 0.0)
+            first = (std::max)(first, (limit - at_start) / slope);
+        else if (at_start > limit)
+            last = -1.0;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto low = static_cast<double>(from.low[axis]);
+        const auto high = static_cast<double>(from.high[axis]);
+        const auto at = static_cast<double>(light.at[axis]);
+        const double slack =
+            1e-6 * (std::abs(low) + std::abs(high) + std::abs(static_cast<double>(box.low[axis])) +
+                    std::abs(static_cast<double>(box.high[axis])));
+        keep_below(low, light.is_directional ? at : at - low, static_cast<double>(box.high[axis]) + slack);
+        keep_below(-high, light.is_directional ? -at : high - at, slack - static_cast<double>(box.low[axis]));
+    }
+    return first <= last * (1.0 + 1e-9) + 1e-12;
+}
+
+/// Adds what a snapshot knows and a mesh lacks. What lights that differ see, and what a changed box may have
+/// to do with, is left out.
+class Merge {
+public:
+    Merge(MeshData& data, const SnapshotReader& from, LongTestKind long_tests,
+          std::span<const Bounds> changed)
+        : data_(data), from_(from), changed_(changed) {
+        check_same_grid(long_tests);
+        find_same_lights();
+    }
+
+    /// Throws std::invalid_argument, before anything has changed, if more than one in 1,000 of the bits that
+    /// both know differ; std::bad_alloc.
+    void run() {
+        check_same_scene();
+        for (const Brick& brick : from_.bricks()) {
+            add_tiles(brick);
+            if (!near_change(brick, FloodBox::radius(data_.grid().quality()) + 1.0f)) {
+                add_floods(brick);
+                add_links(brick);
+            }
+        }
+    }
+
+private:
+    void check_same_grid(LongTestKind long_tests) const {
+        const Grid& mine = data_.grid();
+        const Grid& theirs = from_.grid();
+        const auto refuse = [](const std::string& what) {
+            throw std::invalid_argument("lightmesh: the snapshot is of another mesh: " + what);
+        };
+        if (mine.radius() != theirs.radius() || mine.quality() != theirs.quality() ||
+            mine.origin() != theirs.origin())
+            refuse("its radius is " + to_text(theirs.radius()) + ", its quality " +
+                   to_text(theirs.quality()) + " and its origin " + to_text(glm::vec3(theirs.origin())) +
+                   ", where this mesh has " + to_text(mine.radius()) + ", " + to_text(mine.quality()) +
+                   " and " + to_text(glm::vec3(mine.origin())));
+        if (long_tests != from_.long_tests())
+            refuse("its long tests are of another kind");
+    }
+
+    /// For each light of the mesh whether the snapshot has the same; lights keep their numbers.
+    void find_same_lights() {
+        const auto mine = data_.user_lights();
+        const auto theirs = from_.user_lights();
+        same_.resize(mine.size());
+        for (std::size_t i = 0; i < mine.size(); ++i)
+            same_[i] = i < theirs.size() && record_of(mine[i]) == record_of(theirs[i]);
+    }
+
+    Bounds box_of(const Brick& brick, float margin) const {
+        const glm::ivec3 coord = brick.position();
+        const auto slack = margin * static_cast<float>(data_.grid().step());
+        return {data_.grid().position(grid_pos_of(coord, 0)) - slack,
+                data_.grid().position(grid_pos_of(coord, 63)) + slack};
+    }
+
+    /// Whether a changed box lies within so many steps of a brick.
+    bool near_change(const Brick& brick, float margin) const {
+        const Bounds box = box_of(brick, margin);
+        return std::ranges::any_of(changed_, [&](const Bounds& changed) {
+            return changed.low.x <= box.high.x && changed.low.y <= box.high.y &&
+                   changed.low.z <= box.high.z && changed.high.x >= box.low.x &&
+                   changed.high.y >= box.low.y && changed.high.z >= box.low.z;
+        });
+    }
+
+    bool light_counts(const Brick& brick, std::size_t light) const {
+        if (!same_[light])
+            return false;
+        const Bounds box = box_of(brick, 0.0f);
+        const LightShape shape = shape_of(data_.user_lights()[light]);
+        return std::ranges::none_of(changed_,
+                                    [&](const Bounds& changed) { return crosses(box, shape, changed); });
+    }
+
+    /// What the snapshot knows of a tile of this mesh: units, and the lights' bits.
+    std::uint64_t read_tile(const Brick& brick, std::size_t t, BrickWords& lit) const {
+        lit.fill(0);
+        const LightTable& lights = data_.lights();
+        std::uint64_t known = ~std::uint64_t{0};
+        const auto size = static_cast<std::size_t>(lights.tile_size(t));
+        for (std::size_t l = 0; l < size; ++l) {
+            const std::size_t light = lights.order().light_at(t * lights_per_tile + l);
+            std::uint64_t cells = 0;  // one bit a cell, at its first light point
+            if (light_counts(brick, light)) {
+                const std::size_t place = from_.lights().order().place_of(light);
+                const std::size_t their_l = place % lights_per_tile;
+                if (const BrickTile* tile = from_.view().find_tile(brick, place / lights_per_tile)) {
+                    cells = tile->known >> (their_l / lights_per_group) & every_byte;
+                    for (std::uint64_t rest = cells; rest != 0; rest &= rest - 1) {
+                        const int first = std::countr_zero(rest);
+                        lit[l] |=
+                            static_cast<std::uint64_t>(from_.view().lit_in_cell(*tile, first / 8, their_l))
+                            << first;
+                    }
+                }
+            }
+            const std::size_t group = l / lights_per_group;
+            known &= cells << group | ~(every_byte << group);
+        }
+        for (std::size_t group = (size + 7) / 8; group < 8; ++group)
+            known &= ~(every_byte << group);
+        return known;
+    }
+
+    template <class Visitor>
+    void for_each_tile(const Brick& brick, Visitor&& visit) const {
+        BrickWords lit;
+        for (std::size_t t = 0; t < data_.lights().tile_count(); ++t)
+            if (const std::uint64_t known = read_tile(brick, t, lit); known != 0)
+                visit(t, known, lit);
+    }
+
+    void check_same_scene() const {
+        std::uint64_t compared = 0;
+        std::uint64_t differing = 0;
+        const MeshView mine = data_.view();
+        for (const Brick& brick : from_.bricks()) {
+            const Brick* own = mine.find_brick(brick.position());
+            if (own == nullptr)
+                continue;
+            for_each_tile(brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit) {
+                const BrickTile* tile = mine.find_tile(*own, t);
+                if (tile == nullptr)
+                    return;
+                for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(t)); ++l) {
+                    std::uint64_t both = (known & tile->known) >> (l / lights_per_group) & every_byte;
+                    for (; both != 0; both &= both - 1) {
+                        const int first = std::countr_zero(both);
+                        const auto theirs = static_cast<std::uint8_t>(lit[l] >> first);
+                        compared += 8;
+                        differing += static_cast<std::uint64_t>(std::popcount(
+                            static_cast<std::uint32_t>(theirs ^ mine.lit_in_cell(*tile, first / 8, l))));
+                    }
+                }
+            });
+        }
+        if (1000 * differing > compared)
+            throw std::invalid_argument("lightmesh: the snapshot is not of the same scene: of " +
+                                        std::to_string(compared) + " visibilities that both know " +
+                                        std::to_string(differing) + " differ");
+    }
+
+    void add_tiles(const Brick& brick) {
+        for_each_tile(brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit) {
+            data_.publish(data_.find_or_make_brick(brick.position()), t, known, lit);
+        });
+    }
+
+    void add_links(const Brick& brick) {
+        if (brick.links_known == 0)
+            return;
+        const Brick& own = data_.find_or_make_brick(brick.position());
+        for (int cell = 0; cell < cells_per_brick; ++cell) {
+            if ((brick.links_known >> cell & 1) == 0 || (own.links_known >> cell & 1) != 0)
+                continue;
+            const std::uint64_t in_cell = std::uint64_t{0xff} << (8 * cell);
+            data_.publish_links(
+                own, cell, {brick.links[0] & in_cell, brick.links[1] & in_cell, brick.links[2] & in_cell});
+        }
+    }
+
+    void add_floods(const Brick& brick) {
+        const std::size_t slots = FloodBox::slots(data_.grid().quality());
+        for (std::uint32_t flood = brick.floods; flood != 0;) {
+            const FloodView view(&from_.view().words[flood - 1]);
+            data_.publish_flood(data_.find_or_make_brick(brick.position()), view, slots);
+            flood = view.next();
+        }
+    }
+
+    MeshData& data_;
+    const SnapshotReader& from_;
+    std::span<const Bounds> changed_;
+    std::vector<bool> same_;
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/brick.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <variant>
+
+/// One block of bytes that holds all of a mesh, and can stand anywhere in memory:
+///
+///     header | lights | region slots | regions | bricks | tile indices | tiles | rows | words
+///
+/// Sections begin at multiples of 64 bytes. Their structs are those of a live mesh (see `brick.hpp`), with
+/// the same indices from one to the other; regions stand in the order of their keys, and all else in the
+/// order in which regions, bricks and cells name it: meshes that know the same have the same bytes.
+
+namespace lightmesh::detail {
+
+/// Where a section stands.
+struct SnapshotSection {
+    std::uint64_t offset;  ///< from the first byte of the header
+    std::uint64_t count;   ///< of its structs
+};
+
+enum SnapshotSectionName : std::size_t {
+    lights_section,
+    region_slots_section,
+    regions_section,
+    bricks_section,
+    tile_indices_section,
+    tiles_section,
+    rows_section,
+    words_section,
+    section_count
+};
+
+struct SnapshotHeader {
+    static constexpr std::array<char, 8> right_magic{'l', 'i', 'g', 'h', 't', 'm', 's', 'h'};
+    static constexpr std::uint32_t right_version = 1;
+    static constexpr std::uint32_t right_byte_order = 0x01020304;
+
+    std::array<char, 8> magic;
+    std::uint32_t version;
+    std::uint32_t byte_order;
+    std::uint64_t size;      ///< of the whole block in bytes
+    std::uint64_t checksum;  ///< of the whole block, this field taken for 0
+    float radius;
+    float quality;
+    std::array<double, 3> origin;  ///< `Grid::origin`
+    std::uint32_t short_test;
+    std::uint32_t long_tests;  ///< `LongTestKind`
+    std::array<SnapshotSection, section_count> sections;
+};
+
+/// What found the bits: they are merged only with those of the same kind.
+enum class LongTestKind : std::uint32_t { rays, shadow_maps, shadow_volumes };
+
+/// A light in a snapshot.
+struct LightRecord {
+    std::uint32_t kind;            ///< place in the variant
+    std::array<float, 11> values;  ///< its members, in their order; 0 beyond them
+
+    bool operator==(const LightRecord&) const = default;
+};
+
+inline LightRecord record_of(const Light& light) {
+    LightRecord record{static_cast<std::uint32_t>(light.index()), {}};
+    std::size_t size = 0;
+    const auto add = [&](auto value) {
+        if constexpr (std::is_same_v<decltype(value), glm::vec3>) {
+            for (int axis = 0; axis < 3; ++axis)
+                record.values[size++] = value[axis];
+        } else {
+            record.values[size++] = value;
+        }
+    };
+    std::visit(
+        [&](const auto& kind) {
+            using Kind = std::remove_cvref_t<decltype(kind)>;
+            if constexpr (std::is_same_v<Kind, PointLight>)
+                add(kind.position), add(kind.range), add(kind.radius);
+            else if constexpr (std::is_same_v<Kind, DirectionalLight>)
+                add(kind.direction), add(kind.angular_radius);
+            else if constexpr (std::is_same_v<Kind, SpotLight>)
+                add(kind.position), add(kind.axis), add(kind.cone), add(kind.range), add(kind.radius);
+            else
+                add(kind.position), add(kind.half_u), add(kind.half_v), add(kind.range);
+        },
+        light);
+    return record;
+}
+
+/// The inverse of `record_of`, for kinds that exist.
+inline Light light_of(const LightRecord& record) {
+    const auto& v = record.values;
+    const auto vector = [&v](std::size_t first) {
+        return glm::vec3(v[first], v[first + 1], v[first + 2]);
+    };
+    switch (record.kind) {
+    case 0:
+        return PointLight{vector(0), v[3], v[4]};
+    case 1:
+        return DirectionalLight{vector(0), v[3]};
+    case 2:
+        return SpotLight{vector(0), vector(3), v[6], v[7], v[8]};
+    default:
+        return RectLight{vector(0), vector(3), vector(6), v[9]};
+    }
+}
+
+/// A sum over 64-bit words in eight lanes, so that it runs at the speed of memory. Each step is a bijection:
+/// a single word that differs always shows.
+inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
+    constexpr std::uint64_t factor = 0x9e3779b97f4a7c15u;
+    std::array<std::uint64_t, 8> lanes{1, 2, 3, 4, 5, 6, 7, 8};
+    std::size_t at = 0;
+    for (; at + 64 <= bytes.size(); at += 64) {
+        std::array<std::uint64_t, 8> words;
+        std::memcpy(words.data(), bytes.data() + at, 64);
+        for (std::size_t lane = 0; lane < 8; ++lane)
+            lanes[lane] = ((lanes[lane] ^ words[lane]) * factor) ^ (lanes[lane] >> 32);
+    }
+    std::array<std::uint64_t, 8> rest{};
+    if (at < bytes.size())
+        std::memcpy(rest.data(), bytes.data() + at, bytes.size() - at);
+    std::uint64_t sum = bytes.size();
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+        const std::uint64_t last = (lanes[lane] ^ rest[lane]) * factor;
+        sum = (sum ^ last ^ last >> 29) * factor;
+    }
+    return sum ^ sum >> 32;
+}
+
+/// The checksum of a block whose header is `header`.
+inline std::uint64_t checksum_of(SnapshotHeader header, std::span<const std::byte> block) {
+    header.checksum = 0;
+    const std::uint64_t of_header = checksum_of(std::as_bytes(std::span<const SnapshotHeader>(&header, 1)));
+    return (of_header ^ 0x5851f42d4c957f2du) * 3 + checksum_of(block.subspan(sizeof header));
+}
+
+}  // namespace lightmesh::detail

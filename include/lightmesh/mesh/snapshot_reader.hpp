@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/mesh/mesh_view.hpp>
+#include <lightmesh/mesh/pool.hpp>
+#include <lightmesh/mesh/region_table.hpp>
+#include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/settings.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// A snapshot's parts, read where they stand. Everything is checked first: whatever the bytes are, what
+/// follows neither reads beyond them nor goes on without end. Must not move.
+class SnapshotReader {
+public:
+    /// Throws std::invalid_argument that says in one sentence what is wrong with the bytes.
+    explicit SnapshotReader(std::span<const std::byte> bytes) : bytes_(bytes) {
+        read_header();
+        read_settings();
+        read_lights();
+        map_sections();
+        check_regions();
+        check_bricks();
+    }
+    SnapshotReader(const SnapshotReader&) = delete;
+    SnapshotReader& operator=(const SnapshotReader&) = delete;
+
+    const Settings& settings() const { return settings_; }
+    const Grid& grid() const { return *grid_; }
+    const LightTable& lights() const { return *lights_; }
+    std::span<const Light> user_lights() const { return user_lights_; }
+    LongTestKind long_tests() const { return static_cast<LongTestKind>(header_.long_tests); }
+    const MeshView& view() const { return view_; }
+    std::span<const Brick> bricks() const { return section<Brick>(bricks_section); }
+
+private:
+    [[noreturn]] static void refuse(const std::string& why) {
+        throw std::invalid_argument("lightmesh: not a snapshot that can be read: " + why);
+    }
+    static void require_right(bool right, const char* why) {
+        if (!right)
+            refuse(why);
+    }
+
+    void read_header() {
+        require_right(reinterpret_cast<std::uintptr_t>(bytes_.data()) % 16 == 0,
+                      "its bytes must begin at a multiple of 16");
+        require_right(bytes_.size() >= sizeof header_, "it is shorter than a header");
+        std::memcpy(&header_, bytes_.data(), sizeof header_);
+        require_right(header_.magic == SnapshotHeader::right_magic, "it does not begin with \"lightmsh\"");
+        require_right(header_.byte_order == SnapshotHeader::right_byte_order,
+                      "it was written on a machine of the other byte order");
+        if (header_.version != SnapshotHeader::right_version)
+            refuse("its version is " + std::to_string(header_.version) + ", and only version 1 is known");
+        if (header_.size != bytes_.size())
+            refuse("it has " + std::to_string(bytes_.size()) + " bytes where its header says " +
+                   std::to_string(header_.size));
+        require_right(header_.checksum == checksum_of(header_, bytes_), "its checksum is wrong");
+    }
+
+    void read_settings() {
+        settings_.radius = header_.radius;
+        settings_.quality = header_.quality;
+        require_right(header_.short_test <= static_cast<std::uint32_t>(ShortTest::exact),
+                      "there is no such short test");
+        settings_.short_test = static_cast<ShortTest>(header_.short_test);
+        require_right(header_.long_tests <= static_cast<std::uint32_t>(LongTestKind::shadow_volumes),
+                      "there is no such long test");
+        grid_ = std::make_unique<const Grid>(
+            settings_, glm::dvec3(header_.origin[0], header_.origin[1], header_.origin[2]));
+        settings_.origin = glm::vec3(grid_->origin());
+    }
+
+    void read_lights() {
+        const auto records = section<LightRecord>(lights_section);
+        user_lights_.reserve(records.size());
+        for (const LightRecord& record : records) {
+            require_right(record.kind < std::variant_size_v<Light>, "there is no such kind of light");
+            user_lights_.push_back(light_of(record));
+        }
+        lights_ = std::make_unique<const LightTable>(user_lights_, *grid_);
+    }
+
+    /// The structs of a section, which lies within the bytes.
+    template <class T>
+    std::span<const T> section(std::size_t name) const {
+        const SnapshotSection& at = header_.sections[name];
+        require_right(at.offset % 64 == 0 && at.offset <= bytes_.size() &&
+                          at.count <= (bytes_.size() - at.offset) / sizeof(T),
+                      "a section reaches beyond its end");
+        return {reinterpret_cast<const T*>(bytes_.data() + at.offset), at.count};
+    }
+
+    template <class T>
+    PoolView<T> spread(std::size_t name, typename PoolView<T>::Table& table) const {
+        const auto all = section<T>(name);
+        spread_over(table, const_cast<T*>(all.data()), all.size());
+        return PoolView<T>(table);
+    }
+
+    void map_sections() {
+        const auto slots = section<std::uint32_t>(region_slots_section);
+        view_.settings = &settings_;
+        view_.grid = grid_.get();
+        view_.lights = lights_.get();
+        view_.region_table = {const_cast<std::uint32_t*>(slots.data()), slots.size()};
+        view_.regions = spread<Region>(regions_section, region_chunks_);
+        view_.bricks = spread<Brick>(bricks_section, brick_chunks_);
+        view_.tile_indices = spread<std::uint32_t>(tile_indices_section, tile_index_chunks_);
+        view_.tiles = spread<BrickTile>(tiles_section, tile_chunks_);
+        view_.rows = spread<CellRow>(rows_section, row_chunks_);
+        view_.words = spread<std::uint64_t>(words_section, word_chunks_);
+    }
+
+    void check_regions() const {
+        const auto slots = section<std::uint32_t>(region_slots_section);
+        const auto regions = section<Region>(regions_section);
+        require_right(std::has_single_bit(slots.size()),
+                      "the size of its table of regions is no power of two");
+        std::uint64_t taken = 0;
+        for (const std::uint32_t slot : slots) {
+            require_right(slot <= regions.size(), "a region is named that is not there");
+            taken += slot != 0 ? 1u : 0u;
+        }
+        require_right(2 * taken <= slots.size() && taken == regions.size(),
+                      "its table of regions is too full, or leaves regions out");
+        std::uint64_t bricks = 0;
+        for (std::size_t i = 0; i < regions.size(); ++i) {
+            require_right(view_.region_table.find(view_.regions, regions[i].key) == i + 1,
+                          "a region is not where its table says");
+            for (std::size_t slot = 0; slot < regions[i].bricks.size(); ++slot) {
+                const std::uint32_t brick = regions[i].bricks[slot];
+                if (brick == 0)
+                    continue;
+                ++bricks;
+                require_right(brick <= header_.sections[bricks_section].count,
+                              "a brick is named that is not there");
+                const glm::ivec3 coord = view_.bricks[brick - 1].position();
+                require_right(Region::key_of(coord) == regions[i].key && Region::slot(coord) == slot,
+                              "a brick is not where its region says");
+            }
+        }
+        require_right(bricks == header_.sections[bricks_section].count, "it has bricks that no region names");
+    }
+
+    void check_bricks() const {
+        const std::uint64_t tile_index_count = header_.sections[tile_indices_section].count;
+        const std::size_t tile_count = lights_->tile_count();
+        constexpr std::int32_t farthest = Grid::max_index / brick_side + 16;
+        for (const Brick& brick : section<Brick>(bricks_section)) {
+            for (const std::int32_t c : brick.coord)
+                require_right(c >= -farthest && c <= farthest, "a brick lies outside of the grid");
+            require_right(brick.lock == 0, "a brick is locked");
+            if (tile_count > 1)
+                require_right(brick.tiles <= tile_index_count && tile_count <= tile_index_count - brick.tiles,
+                              "a brick's tiles reach beyond its end");
+            for (std::size_t t = 0; t < tile_count; ++t)
+                check_tile(view_.tile_index(brick, t));
+            check_floods(brick);
+        }
+    }
+
+    void check_tile(std::uint32_t index) const {
+        require_right(index <= header_.sections[tiles_section].count, "a tile is named that is not there");
+        if (index == 0)
+            return;
+        const BrickTile& tile = view_.tiles[index - 1];
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
+            const CellIndex at{tile.cells[cell]};
+            if (!at.is_known() || at.value == 1) {
+                require_right(at.value == 0 && (tile.known >> (8 * cell) & 0xff) == 0,
+                              "a cell is said to be known that is not there");
+            } else if (at.is_words()) {
+                check_words(at.index());
+            } else {
+                require_right(at.index() < header_.sections[rows_section].count,
+                              "a cell's row is named that is not there");
+            }
+        }
+    }
+
+    void check_words(std::uint64_t index) const {
+        const std::uint64_t count = header_.sections[words_section].count;
+        require_right(index + 2 <= count, "a cell's words reach beyond its end");
+        const std::uint64_t* record = &view_.words[static_cast<std::uint32_t>(index)];
+        require_right((record[0] & record[1]) == 0 && std::popcount(record[1]) <= most_mixed_in_words &&
+                          (record[1] == 0 || index + 3 <= count),
+                      "a cell's words make no sense");
+    }
+
+    /// Each flood names one before it, so that no chain has a loop.
+    void check_floods(const Brick& brick) const {
+        const std::uint64_t count = header_.sections[words_section].count;
+        const std::size_t slots = FloodBox::slots(grid_->quality());
+        const std::size_t fixed = 1 + 2 * FloodView::bit_words(slots);
+        std::uint64_t limit = count + 1;
+        for (std::uint64_t flood = brick.floods; flood != 0;) {
+            require_right(flood < limit && flood - 1 + fixed <= count, "a flood reaches beyond its end");
+            const FloodView view(&view_.words[static_cast<std::uint32_t>(flood - 1)]);
+            require_right(view.seed_bit() >= 0 && view.seed_bit() < 64 &&
+                              flood - 1 + view.size(slots) <= count && view.has_slots(slots),
+                          "a flood makes no sense");
+            limit = flood;
+            flood = view.next();
+        }
+    }
+
+    std::span<const std::byte> bytes_;
+    SnapshotHeader header_{};
+    Settings settings_;
+    std::unique_ptr<const Grid> grid_;
+    std::vector<Light> user_lights_;
+    std::unique_ptr<const LightTable> lights_;
+    PoolView<Region>::Table region_chunks_{};
+    PoolView<Brick>::Table brick_chunks_{};
+    PoolView<std::uint32_t>::Table tile_index_chunks_{};
+    PoolView<BrickTile>::Table tile_chunks_{};
+    PoolView<CellRow>::Table row_chunks_{};
+    PoolView<std::uint64_t>::Table word_chunks_{};
+    MeshView view_;
+};
+
+}  // namespace lightmesh::detail
