@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+#include "plain.hpp"
+#include "random_scene.hpp"
+
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/snapshot.hpp>
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using lightmesh::ShortTest;
+using Mesh = lightmesh::LightMesh<test::PlainTracer>;
+using Bytes = std::vector<std::byte>;
+
+struct Work {
+    std::vector<test::Triangle> scene;
+    std::vector<lightmesh::Light> lights;
+    std::vector<test::SurfacePoint> points;
+    lightmesh::Settings settings;
+
+    Work(ShortTest short_test, int light_count, int point_count = 40) {
+        test::Random random(91);
+        scene = test::thin_walls(random);
+        lights = test::random_lights(random, light_count);
+        points = test::surface_points(random, scene, point_count);
+        settings.radius = 0.8f;
+        settings.quality = 2.0f;
+        settings.short_test = short_test;
+    }
+
+    Mesh mesh() const { return Mesh{test::PlainTracer{&scene}, lights, settings}; }
+};
+
+std::vector<float> ask(const Mesh& mesh, const test::SurfacePoint& point) {
+    std::vector<float> all(mesh.light_count());
+    mesh.visibility(point.position, point.normal, all);
+    return all;
+}
+
+void ask_all(const Mesh& mesh, const Work& work, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+        ask(mesh, work.points[i]);
+}
+
+/// What a message says, or "" if nothing is thrown.
+template <class Action>
+std::string error_of(Action&& action) {
+    try {
+        action();
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return "";
+}
+
+void sign(Bytes& bytes) {
+    lightmesh::detail::SnapshotHeader header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    header.checksum = lightmesh::detail::checksum_of(header, bytes);
+    std::memcpy(bytes.data(), &header, sizeof header);
+}
+
+}  // namespace
+
+TEST_CASE("a snapshot with a tracer equals the live mesh, also where nobody asked before") {
+    for (const ShortTest short_test : test::all_short_tests) {
+        for (const int light_count : {1, 9, 70}) {
+            CAPTURE(light_count);
+            const Work work(short_test, light_count);
+            const Mesh mesh = work.mesh();
+            ask_all(mesh, work, 0, 30);
+            const Bytes bytes = mesh.snapshot();
+            const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)};
+            CHECK(view.light_count() == mesh.light_count());
+            std::vector<float> all(mesh.light_count());
+            for (const test::SurfacePoint& point : work.points) {
+                view.visibility(test::PlainTracer{&work.scene}, point.position, point.normal, all);
+                CHECK(all == ask(mesh, point));
+            }
+        }
+    }
+}
+
+TEST_CASE("a snapshot without a tracer answers what needs none, and says what is missing") {
+    const Work work(ShortTest::none, 70);
+    const Mesh mesh = work.mesh();
+    ask_all(mesh, work, 0, 20);
+    const Bytes bytes = mesh.snapshot();
+    const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)};
+    std::vector<float> all(mesh.light_count());
+    for (std::size_t i = 0; i < 20; ++i) {
+        CHECK(view.visibility(work.points[i].position, work.points[i].normal, all) == 0);
+        CHECK(all == ask(mesh, work.points[i]));
+    }
+    std::size_t missing = 0;
+    for (std::size_t i = 20; i < work.points.size(); ++i) {
+        const std::vector<float> expected = ask(mesh, work.points[i]);
+        const std::size_t counted = view.visibility(work.points[i].position, work.points[i].normal, all);
+        std::size_t nan = 0;
+        for (std::size_t l = 0; l < all.size(); ++l) {
+            nan += std::isnan(all[l]) ? 1u : 0u;
+            if (!std::isnan(all[l]))
+                CHECK(all[l] == expected[l]);
+        }
+        CHECK(nan == counted);
+        missing += nan;
+    }
+    CHECK(missing > 0);
+
+    const Work linked(ShortTest::linked, 3);
+    const Mesh linked_mesh = linked.mesh();
+    ask_all(linked_mesh, linked, 0, 10);
+    const Bytes linked_bytes = linked_mesh.snapshot();
+    const lightmesh::SnapshotView linked_view{std::span<const std::byte>(linked_bytes)};
+    std::vector<float> three(3);
+    for (std::size_t i = 0; i < 10; ++i) {
+        const auto expected = ask(linked_mesh, linked.points[i]);
+        linked_view.visibility(linked.points[i].position, linked.points[i].normal, three);
+        for (std::size_t l = 0; l < 3; ++l)
+            CHECK((std::isnan(three[l]) || three[l] == expected[l]));  // a ray is needed, or it is dark
+    }
+    CHECK(linked_view.visibility({NAN, 0, 0}, {0, 0, 1}, three) == 3);
+}
+
+TEST_CASE("a snapshot merged into an empty mesh restores it without a ray") {
+    for (const ShortTest short_test : test::all_short_tests) {
+        for (const int light_count : {9, 130}) {
+            const Work work(short_test, light_count);
+            const Mesh full = work.mesh();
+            ask_all(full, work, 0, work.points.size());
+            Mesh restored = work.mesh();
+            const Bytes bytes = full.snapshot();
+            restored.merge(bytes);
+            for (const test::SurfacePoint& point : work.points)
+                CHECK(ask(restored, point) == ask(full, point));
+            CHECK(restored.statistics().long_rays == 0);
+            CHECK(restored.statistics().link_rays == 0);
+            CHECK(restored.statistics().light_points == full.statistics().light_points);
+            CHECK(restored.snapshot() == bytes);
+        }
+    }
+}
+
+TEST_CASE("meshes that know the same have the same bytes, whoever asked in what order") {
+    const Work work(ShortTest::linked, 70);
+    const Mesh forwards = work.mesh();
+    ask_all(forwards, work, 0, work.points.size());
+    const Mesh backwards = work.mesh();
+    {
+        std::vector<std::thread> threads;
+        for (std::size_t t = 0; t < 4; ++t)
+            threads.emplace_back([&, t] {
+                for (std::size_t i = work.points.size(); i-- > 0;)
+                    ask(backwards, work.points[(i + 10 * t) % work.points.size()]);
+            });
+        for (std::thread& thread : threads)
+            thread.join();
+    }
+    CHECK(forwards.snapshot() == backwards.snapshot());
+    // Two halves, merged.
+    const Mesh first = work.mesh();
+    ask_all(first, work, 0, 20);
+    Mesh second = work.mesh();
+    ask_all(second, work, 20, work.points.size());
+    second.merge(first.snapshot());
+    CHECK(second.snapshot() == forwards.snapshot());
+}
+
+TEST_CASE("snapshots may be taken while other threads query") {
+    const Work work(ShortTest::linked, 70);
+    const Mesh mesh = work.mesh();
+    std::thread other([&] { ask_all(mesh, work, 0, work.points.size()); });
+    std::vector<Bytes> taken;
+    for (int i = 0; i < 5; ++i)
+        taken.push_back(mesh.snapshot());
+    other.join();
+    for (const Bytes& bytes : taken) {
+        Mesh merged = work.mesh();
+        merged.merge(bytes);
+        CHECK(ask(merged, work.points[3]) == ask(mesh, work.points[3]));
+    }
+}
+
+TEST_CASE("lights that differ contribute nothing") {
+    const Work work(ShortTest::none, 20);
+    const Mesh full = work.mesh();
+    ask_all(full, work, 0, work.points.size());
+    Work moved = work;
+    moved.lights[3] = lightmesh::PointLight{{0.1f, 0.2f, 0.3f}};
+    moved.lights.push_back(lightmesh::PointLight{{-1.0f, 0.5f, 0.0f}});
+    Mesh mesh = moved.mesh();
+    mesh.merge(full.snapshot());
+    const Mesh fresh = moved.mesh();
+    for (const test::SurfacePoint& point : work.points)
+        CHECK(ask(mesh, point) == ask(fresh, point));
+    CHECK(mesh.statistics().long_rays < fresh.statistics().long_rays);
+    CHECK(mesh.statistics().long_rays > 0);
+}
+
+TEST_CASE("what may have to do with a changed box contributes nothing") {
+    for (const ShortTest short_test : test::all_short_tests) {
+        const Work work(short_test, 12);
+        const Mesh full = work.mesh();
+        ask_all(full, work, 0, work.points.size());
+        Work changed = work;
+        const test::Vec low(0.4, 0.3, -0.5);
+        const test::Vec high(1.1, 0.9, 0.6);
+        test::add_box(changed.scene, low, high);
+        Mesh mesh = changed.mesh();
+        const std::array<lightmesh::Bounds, 1> box{{{glm::vec3(low), glm::vec3(high)}}};
+        mesh.merge(full.snapshot(), box);
+        const Mesh fresh = changed.mesh();
+        for (const test::SurfacePoint& point : work.points)
+            CHECK(ask(mesh, point) == ask(fresh, point));
+        CHECK(mesh.statistics().long_rays < fresh.statistics().long_rays);
+    }
+}
+
+TEST_CASE("a snapshot of another mesh or another scene is refused, and changes nothing") {
+    const Work work(ShortTest::none, 5);
+    const Mesh full = work.mesh();
+    ask_all(full, work, 0, work.points.size());
+    const Bytes bytes = full.snapshot();
+    Work other = work;
+    other.settings.radius = 0.7f;
+    Mesh of_other_radius = other.mesh();
+    CHECK(error_of([&] { of_other_radius.merge(bytes); }).find("radius is 0.8") != std::string::npos);
+    Work other_scene = work;
+    const test::Vec shift(0.9, 0.0, 0.0);
+    for (test::Triangle& triangle : other_scene.scene)
+        triangle = test::rounded(triangle.a + shift, triangle.b + shift, triangle.c + shift);
+    Mesh of_other_scene = other_scene.mesh();
+    ask_all(of_other_scene, work, 0, 5);
+    const Bytes before = of_other_scene.snapshot();
+    CHECK(error_of([&] { of_other_scene.merge(bytes); }).find("not of the same scene") != std::string::npos);
+    CHECK(of_other_scene.snapshot() == before);
+}
+
+TEST_CASE("every changed byte and every shorter length of a snapshot is refused in one sentence") {
+    Work work(ShortTest::linked, 3, 2);
+    const Mesh mesh = work.mesh();
+    ask(mesh, work.points[0]);
+    Bytes bytes = mesh.snapshot();
+    const std::size_t stride = bytes.size() > 20000 ? 7 : 1;
+    const auto refused = [](std::span<const std::byte> some) {
+        return !error_of([&] { const lightmesh::SnapshotView view{some}; }).empty();
+    };
+    CHECK_FALSE(refused(bytes));
+    std::size_t accepted = 0;
+    for (std::size_t i = 0; i < bytes.size(); i += i < 512 ? 1 : stride) {
+        bytes[i] ^= std::byte{0x41};
+        accepted += refused(bytes) ? 0u : 1u;
+        bytes[i] ^= std::byte{0x41};
+    }
+    CHECK(accepted == 0);
+    for (std::size_t size = 0; size < bytes.size(); size += size < 512 ? 1 : 97)
+        accepted += refused(std::span<const std::byte>(bytes).first(size)) ? 0u : 1u;
+    CHECK(accepted == 0);
+    CHECK(refused(std::span<const std::byte>(bytes).subspan(8)));
+}
+
+TEST_CASE("bytes that are wrong under a right checksum neither crash nor hang") {
+    Work work(ShortTest::linked, 70, 6);
+    const Mesh mesh = work.mesh();
+    ask_all(mesh, work, 0, 2);
+    const Bytes good = mesh.snapshot();
+    test::Random random(92);
+    int accepted = 0;
+    std::vector<float> all(70);
+    for (int round = 0; round < 3000; ++round) {
+        Bytes bytes = good;
+        for (std::size_t i = 0; i <= random.below(3); ++i) {
+            const std::size_t at = random.below(4) == 0 ? random.below(256) : random.below(bytes.size());
+            bytes[at] = static_cast<std::byte>(random.next());
+        }
+        sign(bytes);
+        try {
+            const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)};
+            ++accepted;
+            for (const test::SurfacePoint& point : work.points)
+                if (view.light_count() == all.size()) {
+                    view.visibility(point.position, point.normal, all);
+                    view.visibility(test::PlainTracer{&work.scene}, point.position, point.normal, all);
+                }
+            Mesh other = work.mesh();
+            other.merge(bytes);
+            ask(other, work.points[0]);
+        } catch (const std::exception&) {
+        }
+    }
+    CHECK(accepted > 0);  // Bits of visibilities may be any.
+}
+
+TEST_CASE("fill finds what queries need, says how far it is, and can be cancelled") {
+    for (const ShortTest short_test : test::all_short_tests) {
+        const Work work(short_test, 9, 600);
+        std::vector<lightmesh::SurfacePoint> points;
+        for (const test::SurfacePoint& point : work.points)
+            points.push_back({.position = point.position, .normal = point.normal});
+        const Mesh filled = work.mesh();
+        std::size_t last = 0;
+        CHECK(filled.fill(points, [&](std::size_t done, std::size_t total) {
+            CHECK(done > last);
+            CHECK(total == points.size());
+            last = done;
+            return true;
+        }));
+        CHECK(last == points.size());
+        const auto rays = filled.statistics().long_rays;
+        CHECK(rays > 0);
+        const Mesh fresh = work.mesh();
+        std::vector<float> all(points.size() * 9);
+        std::vector<float> expected(points.size() * 9);
+        filled.visibility(std::span<const lightmesh::SurfacePoint>(points), all);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            std::vector<float> one(9);
+            fresh.visibility(points[i], one);
+            std::ranges::copy(one, expected.begin() + static_cast<std::ptrdiff_t>(9 * i));
+        }
+        CHECK(all == expected);
+        CHECK(filled.statistics().long_rays == rays);
+
+        const Mesh cancelled = work.mesh();
+        CHECK_FALSE(cancelled.fill(points, [](std::size_t, std::size_t) { return false; }));
+        CHECK(cancelled.statistics().long_rays < rays);
+    }
+}
