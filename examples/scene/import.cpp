@@ -327,8 +327,8 @@ void import_lights(const Model& model, const std::vector<TriangleRange>& meshes,
             (switched_off == model.lights.size() ? "" : " of " + std::to_string(model.lights.size())) +
             " lights of the file are switched off");
     const std::size_t before = scene.lights.size();
-    open_bulbs(scene, meshes);
     const std::size_t shining = options.emitters ? add_emitter_lights(scene, meshes) : 0;
+    open_bulbs(scene, meshes);
     if (shining > 0)
         scene.remarks.push_back(std::to_string(shining) + " surfaces that shine light the scene, as " +
                                 std::to_string(scene.lights.size() - before) +
