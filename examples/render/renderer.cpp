@@ -132,12 +132,12 @@ private:
     void follow_on(const PathRay& ray, const Hit& hit) {
         if (ray.depth >= options_.depth_limit)
             return;
-        const Surface surface = surface_at(model(), hit.triangle, hit.u, hit.v);
-        const float refraction_index = model().materials[hit.material].refraction_index;
+        const Material& material = model().materials[hit.material];
+        const Surface surface = surface_at(model(), material, hit.triangle, hit.u, hit.v);
         const glm::vec3 way = scene_.offset() * hit.geometric_normal;
         const glm::vec3 mirrored = glm::reflect(ray.direction, hit.shading_normal);
         follow_on(ray, hit.position + way, mirrored, surface.k_s);
-        const glm::vec3 through = refracted(hit, ray.direction, refraction_index);
+        const glm::vec3 through = refracted(hit, ray.direction, material.refraction_index);
         const bool enters = glm::dot(through, hit.geometric_normal) < 0.0f;
         follow_on(ray, hit.position + (enters ? -way : way), through, surface.k_t);
     }

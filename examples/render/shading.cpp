@@ -13,8 +13,8 @@ namespace demo {
 
 glm::vec3 shade(const Scene& scene, const Hit& hit, const glm::vec3& ray_direction,
                 std::span<const float> lit) {
-    const float shininess = scene.materials[hit.material].shininess;
-    const Surface surface = surface_at(scene, hit.triangle, hit.u, hit.v);
+    const Material& material = scene.materials[hit.material];
+    const Surface surface = surface_at(scene, material, hit.triangle, hit.u, hit.v);
     glm::vec3 sum = scene.ambient * surface.diffuse + surface.emission;
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         if (lit[l] == 0.0f)
@@ -27,7 +27,7 @@ glm::vec3 shade(const Scene& scene, const Hit& hit, const glm::vec3& ray_directi
         if (surface.specular != glm::vec3(0.0f)) {
             const glm::vec3 halfway = glm::normalize(light.to_light - ray_direction);
             const float highlight = (std::max)(0.0f, glm::dot(hit.shading_normal, halfway));
-            reflected += std::pow(highlight, shininess) * surface.specular;
+            reflected += std::pow(highlight, material.shininess) * surface.specular;
         }
         sum += lit[l] * reflected * light.irradiance;
     }

@@ -38,10 +38,16 @@ float alpha_at(const Scene& scene, const Material& material, const Triangle& tri
 }  // namespace
 
 Surface surface_at(const Scene& scene, std::size_t number, float u, float v) {
-    const Triangle& triangle = scene.triangles[number];
-    const Material& material = scene.materials[triangle.material];
+    return surface_at(scene, scene.materials[scene.triangles[number].material], number, u, v);
+}
+
+Surface surface_at(const Scene& scene, const Material& material, std::size_t number, float u, float v) {
     Surface surface{material.diffuse, material.specular, material.emission, material.k_s, material.k_t};
     const bool has_colours = !scene.colours.empty();
+    if (!has_colours && material.base_map.texture < 0 && material.emission_map.texture < 0 &&
+        material.alpha_mode != AlphaMode::blend)
+        return surface;
+    const Triangle& triangle = scene.triangles[number];
     if (material.base_map.texture >= 0 || has_colours) {
         const glm::vec3 colour{look_up(scene, material.base_map, triangle, u, v) *
                                colour_at(scene, triangle, u, v)};

@@ -18,6 +18,8 @@ struct Surface {
 
 /// At the weights u and v of the triangle's second and third vertex.
 Surface surface_at(const Scene& scene, std::size_t triangle, float u, float v);
+/// The same, of the triangle's material.
+Surface surface_at(const Scene& scene, const Material& material, std::size_t triangle, float u, float v);
 
 /// The share of light that a shadow ray brings through a surface, 0 to 1.
 float share_let_through(const Scene& scene, std::size_t triangle, float u, float v);
