@@ -14,8 +14,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -171,6 +173,14 @@ private:
         ray.dir_x = segment.target.x - segment.origin.x;
         ray.dir_y = segment.target.y - segment.origin.y;
         ray.dir_z = segment.target.z - segment.origin.z;
+        // Embree takes no rays of 2^60 and more: what is farther away than that is cut off.
+        const float longest = (std::max)({std::abs(ray.dir_x), std::abs(ray.dir_y), std::abs(ray.dir_z)});
+        if (!(longest < 0x1p60f)) {
+            const float scale = longest < std::numeric_limits<float>::infinity() ? 0x1p40f / longest : 0.0f;
+            ray.dir_x *= scale;
+            ray.dir_y *= scale;
+            ray.dir_z *= scale;
+        }
         ray.tfar = 1.0f;
         ray.mask = ~0u;
         return ray;

@@ -61,6 +61,10 @@ void set_view(const SceneOptions& options, Scene& scene) {
         camera.target = here(*options.target);
     else if (options.eye)
         camera.target = bounds_of(scene).centre();
+    for (const glm::vec3& place : {camera.eye, camera.target})
+        if (!(glm::length(glm::dvec3(place)) < 1e18))
+            throw std::invalid_argument("--eye or --target is too far away to see anything: " +
+                                        in_brackets(glm::dvec3(place)));
     if (!(glm::length(camera.target - camera.eye) > 0.0f))
         throw std::invalid_argument("--eye and --target are one place: the camera looks nowhere");
     const glm::vec3 ahead = glm::normalize(camera.target - camera.eye);

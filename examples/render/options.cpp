@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "render/options.hpp"
 
+#include "render/run.hpp"
 #include "render/text_table.hpp"
+#include "scene/light_rig.hpp"
 
 #include <cmath>
 #include <iostream>
 #include <sstream>
+#include <stdexcept>
 
 namespace demo {
 
@@ -157,9 +160,18 @@ Scene show_scene(const SceneOptions& options) {
     return scene;
 }
 
+void check_radius(float radius, const Scene& scene) {
+    constexpr float most = 1000.0f;
+    const float size = bounds_of(scene).diagonal();
+    if (!(radius <= most * size))
+        throw std::invalid_argument("--radius " + number(radius) +
+                                    " is more than 1000 times the size of the scene, " + number(size));
+}
+
 VisibilityOptions visibility_options(const CommonOptions& options, const Scene& scene) {
     VisibilityOptions visibility = options.visibility;
     visibility.settings.radius = options.radius.value_or(scene.radius);
+    check_radius(visibility.settings.radius, scene);
     visibility.settings.quality = options.quality.value_or(scene.quality);
     visibility.settings.short_test = short_test_named(options.short_test);
     visibility.depth = options.depth == "embree" ? DepthSource::embree : DepthSource::vulkan;

@@ -43,6 +43,9 @@ void add_scene_options(CLI::App& command, CommonOptions& options);
 /// The names of all algorithms.
 std::vector<std::string> algorithm_names();
 
+/// Throws std::invalid_argument for a radius that dwarfs the scene: floats would not hold the grid.
+void check_radius(float radius, const Scene& scene);
+
 /// The options with what they leave to the scene.
 VisibilityOptions visibility_options(const CommonOptions& options, const Scene& scene);
 

@@ -30,6 +30,9 @@ constexpr float radius_share = 0.025f;
 /// Coordinates this many times as large as the model are moved to the origin: floats would hold no detail.
 constexpr double far_away = 64.0;
 
+/// Embree traces no rays beyond 2^60.
+constexpr float farthest_coordinate = 1e18f;
+
 [[noreturn]] void fail(const fs::path& file, const std::string& problem) {
     throw std::runtime_error(file.string() + ": " + problem);
 }
@@ -224,9 +227,10 @@ std::vector<TriangleRange> import_triangles(const fs::path& file, Model& model, 
         fail(file, "has no triangles");
     }
     const Bounds bounds = bounds_of(scene);
-    if (!std::isfinite(glm::dot(bounds.high - bounds.low, bounds.high - bounds.low)))
+    const glm::vec3 farthest = glm::max(glm::abs(bounds.low), glm::abs(bounds.high));
+    if (!((std::max)({farthest.x, farthest.y, farthest.z}) < farthest_coordinate))
         fail(file, "reaches from " + in_brackets(bounds.low) + " to " + in_brackets(bounds.high) +
-                       ", farther than floats can measure");
+                       ", farther than rays can be traced");
     return gatherer.ranges();
 }
 
@@ -359,8 +363,8 @@ void check(const ModelCamera& camera, const fs::path& file) {
     const auto problem = [&](const std::string& what) {
         fail(file, "camera '" + camera.name + "' " + what);
     };
-    if (!is_finite(glm::vec3{camera.eye}))
-        problem("is not at a finite place: " + in_brackets(camera.eye));
+    if (!(glm::length(camera.eye) < static_cast<double>(farthest_coordinate)))
+        problem("is too far away to see anything: " + in_brackets(camera.eye));
     if (!(glm::length(glm::cross(camera.ahead, camera.up)) > 0.0) ||
         !std::isfinite(glm::length(camera.ahead)))
         problem("looks nowhere");
