@@ -266,7 +266,7 @@ void note_closed_lamps(const EmbreeScene& embree, const std::vector<std::optiona
 
 /// What a picture shows of surfaces that do not shine themselves.
 struct Brightness {
-    double high = 0.0;  ///< 98.5 of 100 are darker
+    double high = 0.0;  ///< 98 of 100 are darker
     double mean = 0.0;
 };
 
@@ -296,7 +296,7 @@ Brightness brightness_of(const EmbreeScene& embree, const std::vector<std::optio
     if (values.empty())
         return {};
     found.mean /= static_cast<double>(values.size());
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 985 / 1000);
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 98 / 100);
     std::ranges::nth_element(values, place);
     found.high = *place;
     return found;
@@ -310,7 +310,7 @@ double factor_for(const Brightness& seen) {
     constexpr double good = 0.3;
     if (!(seen.mean > 0.0) || (seen.high <= 1.0 && seen.mean >= dark && seen.mean <= bright))
         return 1.0;
-    return (std::min)(0.95 / (std::max)(seen.high, 1e-300), good / seen.mean);
+    return (std::min)(0.98 / (std::max)(seen.high, 1e-300), good / seen.mean);
 }
 
 void set_exposure(double factor, Scene& scene) {
