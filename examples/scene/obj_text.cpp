@@ -152,10 +152,29 @@ std::string moved(std::string_view text, const glm::dvec3& origin) {
     return result;
 }
 
+/// Writes numbers such as .5 as 0.5, which Assimp does not take for numbers.
+std::string with_zeros(std::string_view text) {
+    std::string result;
+    result.reserve(text.size() + text.size() / 16);
+    for_each_line(text, [&](std::string_view line, std::size_t) {
+        const std::size_t start = line.find_first_not_of(" \t");
+        const bool is_data = start != std::string_view::npos && line[start] == 'v';
+        for (std::size_t i = 0; i < line.size(); ++i) {
+            if (is_data && line[i] == '.' && i > 0 && is_space(line[i - 1]))
+                result += '0';
+            result += line[i];
+        }
+        result += '\n';
+    });
+    return result;
+}
+
 }  // namespace
 
 ObjText prepare_obj(std::string text) {
     join_lines(text);
+    if (text.find(" .") != std::string::npos || text.find("\t.") != std::string::npos)
+        text = with_zeros(text);
     Counts counts;
     glm::dvec3 low(0.0);
     glm::dvec3 high(0.0);
