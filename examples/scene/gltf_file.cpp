@@ -375,6 +375,10 @@ GltfFile::GltfFile(const fs::path& file) : folder_(file.parent_path()) {
     chunks.json = std::string();
     if (document.is_discarded() || !document.is_object())
         throw std::runtime_error("is damaged, or not what its name says");
+    const json asset = document.contains("asset") ? document["asset"] : json();
+    if (const std::string version = asset.is_object() ? text_in(asset, "version") : "";
+        !version.starts_with("2."))
+        throw std::runtime_error("is glTF of version '" + version + "'; only version 2 can be read");
     json buffers = taken(document, "buffers");
     for (json& buffer : buffers) {
         const std::uint64_t length = count_in(buffer, "byteLength", 0);
