@@ -401,7 +401,15 @@ GltfFile::GltfFile(const fs::path& file) : folder_(file.parent_path()) {
     for (const json& image : images)
         images_.push_back({text_in(image, "name"), text_in(image, "uri"),
                            static_cast<int>(count_in(image, "bufferView", static_cast<std::uint64_t>(-1)))});
-    // tinygltf refuses lights that leave their cone to the default.
+    // tinygltf refuses indices that only a compressed mesh has.
+    if (auto meshes = document.find("meshes"); meshes != document.end() && meshes->is_array())
+        for (json& mesh : *meshes)
+            if (mesh.is_object() && mesh.contains("primitives") && mesh["primitives"].is_array())
+                for (json& primitive : mesh["primitives"])
+                    if (primitive.is_object() && primitive.contains("extensions") &&
+                        primitive["extensions"].contains("KHR_draco_mesh_compression"))
+                        primitive.erase("indices");
+    // It also refuses lights that leave their cone to the default.
     if (auto extensions = document.find("extensions"); extensions != document.end() &&
                                                        extensions->is_object() &&
                                                        extensions->contains("KHR_lights_punctual")) {
