@@ -7,6 +7,7 @@
 #include "../examples/render/visibility.hpp"
 #include "../examples/scene/light_rig.hpp"
 #include "../examples/scene/scene.hpp"
+#include "../examples/scene/surface.hpp"
 #include "render/illumination.hpp"
 #include "render/view.hpp"
 #include "run_command.hpp"
@@ -495,4 +496,40 @@ TEST_CASE("lightmesh-render: SIGTERM ends it as Ctrl-C does, and keeps a finishe
     CHECK(ran.status == 0);
     CHECK(demo::read_file(before) == "a finished picture");
     CHECK(folder.file_count() == 3);  // the picture, and what the command printed
+}
+
+TEST_CASE("field: glTF: textures of all wraps, drawn in linear light") {
+    const test::TemporaryFolder folder;
+    std::string tga(18, '\0');  // two texels: black, and the sRGB value 188, which is half of full light
+    tga[2] = 2;
+    tga[12] = 2;
+    tga[14] = 1;
+    tga[16] = 24;
+    tga += std::string("\x00\x00\x00\xbc\xbc\xbc", 6);
+    folder.write("two.tga", tga);
+    std::string bytes;
+    for (const float value : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 4.f, 0.f, 0.f, 1.f})
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    folder.write("mesh.bin", bytes);
+    const std::string start = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "extensionsUsed":["KHR_texture_transform"],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"material":0}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+            {"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":24}],
+        "buffers":[{"byteLength":60,"uri":"mesh.bin"}],"images":[{"uri":"two.tga"}],
+        "textures":[{"source":0,"sampler":0}],"materials":[{"pbrMetallicRoughness":{"metallicFactor":0,
+        "baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":{"offset":[)";
+    const auto value_at = [&](const std::string& offset, const std::string& wrap, float u) {
+        const std::string json = start + offset + R"(,0]}}}}}],"samplers":[{"wrapS":)" + wrap + "}]}";
+        return demo::surface_at(demo::import_scene(folder.write("a.gltf", json)), 0, u, 0.0f).diffuse.g;
+    };
+    const float half = 0.503f;
+    CHECK(value_at("0", "10497", 0.1875f) ==
+          doctest::Approx(half).epsilon(0.02));                       // u = 0.75: the second texel
+    CHECK(value_at("0", "10497", 0.3125f) == doctest::Approx(0.0f));  // 1.25: the first, again
+    CHECK(value_at("0", "33648", 0.3125f) == doctest::Approx(half).epsilon(0.02));  // mirrored: the second
+    CHECK(value_at("0", "33071", 0.9f) == doctest::Approx(half).epsilon(0.02));     // clamped
+    CHECK(value_at("0.5", "10497", 0.1875f) == doctest::Approx(0.0f));              // moved by one texel
+    CHECK(value_at("0", "10497", 0.125f) == doctest::Approx(0.5f * half).epsilon(0.02));  // between: linear
 }
