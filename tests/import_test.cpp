@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/scene/light_rig.hpp"
 #include "../examples/scene/scene.hpp"
+#include "../examples/scene/surface.hpp"
 #include "temporary_folder.hpp"
 
 #include <doctest/doctest.h>
@@ -209,7 +210,7 @@ TEST_CASE("glTF: a camera without an aspect ratio has the same vertical angle") 
     CHECK(scene.camera.vertical_field_of_view == doctest::Approx(0.6f));
 }
 
-TEST_CASE("PLY: vertex colours become the colour of the mesh") {
+TEST_CASE("PLY: vertex colours are the colours of the surface") {
     const test::TemporaryFolder folder;
     const std::string vertices = "0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 255 0 0\n";
     const auto file =
@@ -217,8 +218,7 @@ TEST_CASE("PLY: vertex colours become the colour of the mesh") {
                                   "property uchar red\nproperty uchar green\nproperty uchar blue\n"));
     const demo::Scene scene = demo::import_scene(file);
     REQUIRE(scene.triangles.size() == 1);
-    check_near(material_of(scene, 0).diffuse, {1, 0, 0});
-    CHECK(has_remark(scene, "vertex colours"));
+    check_near(demo::surface_at(scene, 0, 0.3f, 0.3f).diffuse, {1, 0, 0});
 }
 
 TEST_CASE("import errors name the file and what is wrong with it") {
@@ -246,8 +246,10 @@ TEST_CASE("vertices that are not finite are named") {
 }
 
 TEST_CASE("faces of vertices that are not there are an error") {
-    CHECK(problem_of("a.obj", square + "f 1 2 9\n") == "OBJ: vertex index out of range");
-    CHECK(problem_of("a.glb", glb_with_lights(9)) == "faces refer to vertices that are not there");
+    CHECK(problem_of("a.obj", square + "f 1 2 9\n") ==
+          "line 5: a face refers to vertex 9, but there are only 4");
+    CHECK(problem_of("a.glb", glb_with_lights(9)) ==
+          "mesh 0 '' at node 2 'Square': a face refers to vertex 9, but there are only 4");
     CHECK(problem_of("a.ply", ply("0 0 0\n1 0 0\n1 1 0\n", 3, "3 0 1 7\n", 1)) ==
           "face 0 of mesh 0 '' refers to vertex 7, but there are only 3");
 }

@@ -12,8 +12,12 @@
 #include <lightmesh/segment.hpp>
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -36,13 +40,13 @@ public:
     }
 
     bool occluded(const lightmesh::Segment& segment) const {
-        RTCRay ray = ray_along(segment);
+        RTCRay ray = ray_along(segment, 1);
+        Context context(&segment, nullptr);
 #if RTC_VERSION_MAJOR >= 4
-        rtcOccluded1(scene_, &ray);
+        RTCOccludedArguments arguments = context.arguments();
+        rtcOccluded1(scene_, &ray, &arguments);
 #else
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        rtcOccluded1(scene_, &context, &ray);
+        rtcOccluded1(scene_, &context.embree, &ray);
 #endif
         return is_blocked(ray.tfar);
     }
@@ -50,36 +54,133 @@ public:
     /// Many segments at once. Embree 3 takes them as one stream: its INCOHERENT streams were the fastest form
     /// of long tests in foliage and no slower elsewhere. Embree 4 has no streams: packets of 16.
     void occluded(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) const {
-#if RTC_VERSION_MAJOR >= 4
-        for (std::size_t first = 0; first < segments.size(); first += 16) {
-            const std::size_t count = (std::min)(segments.size() - first, std::size_t{16});
-            occluded_packet(segments.subspan(first, count), hit.subspan(first, count));
+        trace(segments, hit, nullptr);
+    }
+
+    /// As `occluded`, for renderers that want shares of light instead of yes and no: share[i] becomes the
+    /// product of what all surfaces along segment i let through, 0 to 1.
+    void let_through(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
+                     std::span<float> share) const {
+        std::ranges::fill(share, 1.0f);
+        trace(segments, hit, share.data());
+        for (std::size_t i = 0; i < segments.size(); ++i)
+            share[i] = hit[i] != 0 ? 0.0f : share[i];
+    }
+
+    /// For occlusion filters of geometries that light may pass: whether ray i of the packet passes a surface
+    /// that lets `share` of the light through. A light mesh has a bit for each light, so it is decided by
+    /// chance: by a hash of the segment's two ends, the same in both directions, and of the surface's number.
+    static bool passes(const RTCFilterFunctionNArguments* hits, unsigned i, std::uint32_t surface,
+                       float share) {
+        if (share <= 0.0f || share >= 1.0f)
+            return share >= 1.0f;
+        const unsigned id = RTCRayN_id(hits->ray, hits->N, i);
+        if (id == 0)  // not a ray of this adapter
+            return share >= 0.5f;
+        const auto* context = reinterpret_cast<const Context*>(hits->context);
+        if (context->shares != nullptr) {
+            context->shares[id - 1] *= share;
+            return true;
         }
-#else
-        constexpr std::size_t most = 64;
-        for (std::size_t first = 0; first < segments.size(); first += most) {
-            const std::size_t count = (std::min)(segments.size() - first, most);
-            RTCRay rays[most];
-            for (std::size_t i = 0; i < count; ++i)
-                rays[i] = ray_along(segments[first + i]);
-            RTCIntersectContext context;
-            rtcInitIntersectContext(&context);
-            rtcOccluded1M(scene_, &context, rays, static_cast<unsigned int>(count), sizeof(RTCRay));
-            for (std::size_t i = 0; i < count; ++i)
-                hit[first + i] = is_blocked(rays[i].tfar) ? 1 : 0;
-        }
-#endif
+        return static_cast<float>(hash_of(context->segments[id - 1], surface)) < share * 0x1p32f;
     }
 
 private:
-    static RTCRay ray_along(const lightmesh::Segment& segment) {
+#if RTC_VERSION_MAJOR >= 4
+    using EmbreeContext = RTCRayQueryContext;
+#else
+    using EmbreeContext = RTCIntersectContext;
+#endif
+
+    /// What filters find behind Embree's own context. A ray's id is the number of its segment, from 1.
+    struct Context {
+        EmbreeContext embree;
+        const lightmesh::Segment* segments;
+        float* shares;  ///< null: passing is decided by chance
+
+        Context(const lightmesh::Segment* of_rays, float* of_light) : segments(of_rays), shares(of_light) {
+#if RTC_VERSION_MAJOR >= 4
+            rtcInitRayQueryContext(&embree);
+#else
+            rtcInitIntersectContext(&embree);
+#endif
+        }
+#if RTC_VERSION_MAJOR >= 4
+        RTCOccludedArguments arguments() {
+            RTCOccludedArguments made;
+            rtcInitOccludedArguments(&made);
+            made.context = &embree;
+            return made;
+        }
+#endif
+    };
+
+    static std::uint32_t mixed(std::uint32_t hash, std::uint32_t value) {
+        hash = (hash ^ value) * 0x9e3779b1u;
+        hash ^= hash >> 15;
+        hash *= 0x85ebca77u;
+        return hash ^ hash >> 13;
+    }
+
+    static std::uint32_t hash_of(const lightmesh::Segment& segment, std::uint32_t surface) {
+        std::array<std::array<std::uint32_t, 3>, 2> ends;
+        for (int axis = 0; axis < 3; ++axis) {
+            ends[0][static_cast<std::size_t>(axis)] = std::bit_cast<std::uint32_t>(segment.origin[axis]);
+            ends[1][static_cast<std::size_t>(axis)] = std::bit_cast<std::uint32_t>(segment.target[axis]);
+        }
+        std::ranges::sort(ends);
+        std::uint32_t hash = mixed(0x2545f491u, surface);
+        for (const auto& end : ends)
+            for (const std::uint32_t coordinate : end)
+                hash = mixed(hash, coordinate);
+        return hash;
+    }
+
+    void trace(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
+               float* shares) const {
+#if RTC_VERSION_MAJOR >= 4
+        constexpr std::size_t most = 16;
+#else
+        constexpr std::size_t most = 64;
+#endif
+        for (std::size_t first = 0; first < segments.size(); first += most) {
+            const std::size_t count = (std::min)(segments.size() - first, most);
+            trace_some(segments.subspan(first, count), hit.subspan(first, count),
+                       shares != nullptr ? shares + first : nullptr);
+        }
+    }
+
+#if RTC_VERSION_MAJOR < 4
+    void trace_some(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
+                    float* shares) const {
+        RTCRay rays[64];
+        for (std::size_t i = 0; i < segments.size(); ++i)
+            rays[i] = ray_along(segments[i], static_cast<unsigned>(i + 1));
+        Context context(segments.data(), shares);
+        rtcOccluded1M(scene_, &context.embree, rays, static_cast<unsigned int>(segments.size()),
+                      sizeof(RTCRay));
+        for (std::size_t i = 0; i < segments.size(); ++i)
+            hit[i] = is_blocked(rays[i].tfar) ? 1 : 0;
+    }
+#endif
+
+    static RTCRay ray_along(const lightmesh::Segment& segment, unsigned id) {
         RTCRay ray{};
+        ray.id = id;
         ray.org_x = segment.origin.x;
         ray.org_y = segment.origin.y;
         ray.org_z = segment.origin.z;
         ray.dir_x = segment.target.x - segment.origin.x;
         ray.dir_y = segment.target.y - segment.origin.y;
         ray.dir_z = segment.target.z - segment.origin.z;
+        // Embree takes no rays of 2^60 and more: what is farther away than that is cut off.
+        const float longest = (std::max)({std::abs(ray.dir_x), std::abs(ray.dir_y), std::abs(ray.dir_z)});
+        if (!(longest < 0x1p60f)) {
+            const float scale = longest < std::numeric_limits<float>::infinity() ? 0x1p40f / longest : 0.0f;
+            ray.dir_x *= scale;
+            ray.dir_y *= scale;
+            ray.dir_z *= scale;
+        }
         ray.tfar = 1.0f;
         ray.mask = ~0u;
         return ray;
@@ -91,12 +192,14 @@ private:
     }
 
 #if RTC_VERSION_MAJOR >= 4
-    void occluded_packet(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) const {
+    void trace_some(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
+                    float* shares) const {
         alignas(64) int valid[16] = {};
         alignas(64) RTCRay16 rays{};
         for (std::size_t i = 0; i < segments.size(); ++i) {
-            const RTCRay ray = ray_along(segments[i]);
+            const RTCRay ray = ray_along(segments[i], static_cast<unsigned>(i + 1));
             valid[i] = -1;
+            rays.id[i] = ray.id;
             rays.org_x[i] = ray.org_x;
             rays.org_y[i] = ray.org_y;
             rays.org_z[i] = ray.org_z;
@@ -106,7 +209,9 @@ private:
             rays.tfar[i] = ray.tfar;
             rays.mask[i] = ray.mask;
         }
-        rtcOccluded16(valid, scene_, &rays);
+        Context context(segments.data(), shares);
+        RTCOccludedArguments arguments = context.arguments();
+        rtcOccluded16(valid, scene_, &rays, &arguments);
         for (std::size_t i = 0; i < segments.size(); ++i)
             hit[i] = is_blocked(rays.tfar[i]) ? 1 : 0;
     }

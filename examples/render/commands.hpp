@@ -17,5 +17,7 @@ void add_picture_command(CLI::App& program, int& status);
 void add_compare_command(CLI::App& program, int& status);
 /// The two tables of the paper, on this machine.
 void add_tables_command(CLI::App& program, int& status);
+/// What a file has in it.
+void add_info_command(CLI::App& program, int& status);
 
 }  // namespace demo

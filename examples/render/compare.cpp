@@ -50,7 +50,8 @@ std::string comparison_table(const std::vector<Run>& runs, const Run& reference,
                        fixed(rms_difference(made.image, reference.image), 5)});
     }
     return "scene " + scene.scene().name + ": " + grouped(scene.scene().triangles.size()) + " triangles, " +
-           grouped(scene.scene().lights.size()) + " lights, " + grouped(reference.statistics.shading_points) +
+           grouped(scene.scene().lights.size()) + " lights, r " + number(reference.settings.radius) + ", q " +
+           number(reference.settings.quality) + ", " + grouped(reference.statistics.shading_points) +
            " surface points; BVH in " + fixed(scene.seconds_building(), 2) + " s; differences are to " +
            reference.algorithm + "\n" + table.text();
 }
@@ -85,18 +86,19 @@ void write_comparison(const std::vector<Run>& runs, const Run& reference, const 
 }
 
 int compare(const CompareOptions& options) {
-    const Scene scene = load_scene(options.scene, options.lights);
-    const EmbreeScene embree(scene);
     prepare_folder(options.output);
+    const Scene scene = show_scene(options);
+    const EmbreeScene embree(scene);
     const VisibilityOptions visibility = visibility_options(options, scene);
     std::vector<Run> runs;
     for (const std::string& name : with_reference(options)) {
         runs.push_back(run(name, embree, visibility, options.render));
         if (!runs.back().statistics.finished) {
             for (const Run& made : runs)
-                write_png(made.image, std::filesystem::path(options.output) / (made.algorithm + ".png"));
-            std::cerr << "interrupted: the pictures so far are in " << options.output
-                      << ", the last one not finished\n";
+                if (made.statistics.finished)
+                    write_png(made.image, std::filesystem::path(options.output) / (made.algorithm + ".png"));
+            std::cerr << "interrupted: the " << runs.size() - 1 << " pictures that were finished are in "
+                      << options.output << '\n';
             return exit_interrupted;
         }
     }

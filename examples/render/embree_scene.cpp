@@ -2,7 +2,9 @@
 
 #include "render/embree_scene.hpp"
 
+#include "scene/blockers.hpp"
 #include "scene/light_rig.hpp"
+#include "scene/surface.hpp"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -10,6 +12,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -28,25 +31,62 @@ void check(RTCDevice device, const char* what) {
         throw_embree_error(code, what);
 }
 
-RTCGeometry make_geometry(RTCDevice device, const Scene& scene) {
+RTCGeometry make_geometry(RTCDevice device, const std::vector<glm::vec3>& points,
+                          const std::vector<std::uint32_t>& corners) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), scene.positions.size()));
-    auto* indices = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(std::uint32_t), scene.triangles.size()));
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points.size()));
+    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), corners.size() / 3));
     if (positions == nullptr || indices == nullptr) {
         rtcReleaseGeometry(geometry);
         throw_embree_error(rtcGetDeviceError(device), "allocating the triangles");
     }
-    for (const glm::vec3& position : scene.positions)
+    for (const glm::vec3& position : points)
         for (int axis = 0; axis < 3; ++axis)
             *positions++ = position[axis];
-    for (const Triangle& triangle : scene.triangles)
-        for (const std::uint32_t vertex : triangle.vertex)
-            *indices++ = vertex;
-    rtcCommitGeometry(geometry);
+    std::ranges::copy(corners, indices);
     return geometry;
+}
+
+std::vector<std::uint32_t> corners_of(const Scene& scene, const std::vector<std::uint32_t>& triangles) {
+    std::vector<std::uint32_t> corners;
+    corners.reserve(3 * triangles.size());
+    for (const std::uint32_t t : triangles)
+        corners.insert(corners.end(), std::begin(scene.triangles[t].vertex),
+                       std::end(scene.triangles[t].vertex));
+    return corners;
+}
+
+const EmbreeScene& scene_of(const RTCFilterFunctionNArguments* hits) {
+    return *static_cast<const EmbreeScene*>(hits->geometryUserPtr);
+}
+
+/// Rays that look for surfaces pass holes.
+void pass_holes(const RTCFilterFunctionNArguments* hits) {
+    const EmbreeScene& scene = scene_of(hits);
+    for (unsigned i = 0; i < hits->N; ++i) {
+        if (hits->valid[i] == 0)
+            continue;
+        const std::uint32_t triangle = scene.translucent_triangle(RTCHitN_primID(hits->hit, hits->N, i));
+        if (is_hole(scene.scene(), triangle, RTCHitN_u(hits->hit, hits->N, i),
+                    RTCHitN_v(hits->hit, hits->N, i)))
+            hits->valid[i] = 0;
+    }
+}
+
+/// Shadow rays pass surfaces by the share of light that these let through.
+void pass_light(const RTCFilterFunctionNArguments* hits) {
+    const EmbreeScene& scene = scene_of(hits);
+    for (unsigned i = 0; i < hits->N; ++i) {
+        if (hits->valid[i] == 0)
+            continue;
+        const std::uint32_t triangle = scene.translucent_triangle(RTCHitN_primID(hits->hit, hits->N, i));
+        const float share = share_let_through(scene.scene(), triangle, RTCHitN_u(hits->hit, hits->N, i),
+                                              RTCHitN_v(hits->hit, hits->N, i));
+        if (EmbreeIntersector::passes(hits, i, triangle, share))
+            hits->valid[i] = 0;
+    }
 }
 
 glm::vec3 interpolated_normal(const Scene& scene, const Triangle& triangle, float u, float v) {
@@ -68,12 +108,43 @@ EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevi
     const auto start = std::chrono::steady_clock::now();
     handle_.reset(rtcNewScene(device_.get()));
     check(device_.get(), "making the scene");
-    RTCGeometry geometry = make_geometry(device_.get(), scene);
-    rtcAttachGeometry(handle_.get(), geometry);
-    rtcReleaseGeometry(geometry);
+    for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
+        (may_let_light_through(scene.materials[scene.triangles[t].material]) ? translucent_ : opaque_)
+            .push_back(t);
+    RTCGeometry blocking = make_geometry(device_.get(), scene.positions, corners_of(scene, opaque_));
+    rtcCommitGeometry(blocking);
+    rtcAttachGeometry(handle_.get(), blocking);
+    if (!translucent_.empty()) {
+        add_translucent();
+        add_blockers(blocking);
+    }
+    rtcReleaseGeometry(blocking);
     rtcCommitScene(handle_.get());
     check(device_.get(), "building the BVH");
     seconds_building_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void EmbreeScene::add_translucent() {
+    RTCGeometry geometry = make_geometry(device_.get(), scene_.positions, corners_of(scene_, translucent_));
+    rtcSetGeometryUserData(geometry, this);
+    rtcSetGeometryIntersectFilterFunction(geometry, pass_holes);
+    rtcSetGeometryOccludedFilterFunction(geometry, pass_light);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(handle_.get(), geometry);
+    rtcReleaseGeometry(geometry);
+}
+
+void EmbreeScene::add_blockers(RTCGeometry opaque) {
+    blockers_.reset(rtcNewScene(device_.get()));
+    rtcAttachGeometry(blockers_.get(), opaque);
+    const Blockers cut = cut_blockers(scene_, translucent_);
+    if (!cut.indices.empty()) {
+        RTCGeometry geometry = make_geometry(device_.get(), cut.positions, cut.indices);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(blockers_.get(), geometry);
+        rtcReleaseGeometry(geometry);
+    }
+    rtcCommitScene(blockers_.get());
 }
 
 std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction) const {
@@ -97,7 +168,8 @@ std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& 
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return std::nullopt;
 
-    const Triangle& triangle = scene_.triangles[query.hit.primID];
+    const std::uint32_t number = (query.hit.geomID == 0 ? opaque_ : translucent_)[query.hit.primID];
+    const Triangle& triangle = scene_.triangles[number];
     const glm::vec3& a = scene_.positions[triangle.vertex[0]];
     const glm::vec3& b = scene_.positions[triangle.vertex[1]];
     const glm::vec3& c = scene_.positions[triangle.vertex[2]];
@@ -116,6 +188,9 @@ std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& 
         if (length > 0.0f)
             hit.shading_normal = smooth / (glm::dot(smooth, hit.geometric_normal) < 0.0f ? -length : length);
     }
+    hit.triangle = number;
+    hit.u = u;
+    hit.v = v;
     hit.material = triangle.material;
     return hit;
 }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace demo {
 
@@ -17,19 +18,29 @@ struct Hit {
     glm::vec3 position;
     glm::vec3 geometric_normal;  ///< unit length, towards where the ray came from
     glm::vec3 shading_normal;    ///< unit length, on the same side
+    std::uint32_t triangle;
+    float u, v;  ///< weights of the triangle's second and third vertex
     std::uint32_t material;
     bool from_inside;  ///< whether the ray came from the back of the triangle
 };
 
-/// A scene's triangles in an Embree BVH. Const members may be used by any number of threads.
+/// A scene's triangles in an Embree BVH. Those that light may pass lie in a geometry of their own, where
+/// filters ask the materials. Const members may be used by any number of threads.
 class EmbreeScene {
 public:
     /// Builds the BVH, on all cores. The scene must outlive this. Throws std::runtime_error with Embree's own
     /// words.
     explicit EmbreeScene(const Scene& scene);
+    EmbreeScene(const EmbreeScene&) = delete;
+    EmbreeScene& operator=(const EmbreeScene&) = delete;
 
     const Scene& scene() const { return scene_; }
     RTCScene handle() const { return handle_.get(); }
+    /// What throws full shadows, for depth maps: triangles that light may pass are cut along their masks, and
+    /// left out where they let more than half of it through. The same as `handle()` if there are none.
+    RTCScene blockers() const { return blockers_ ? blockers_.get() : handle_.get(); }
+    /// The scene's number of a triangle of the geometry that light may pass.
+    std::uint32_t translucent_triangle(std::uint32_t primitive) const { return translucent_[primitive]; }
     EmbreeIntersector intersector() const { return EmbreeIntersector(handle_.get()); }
 
     /// Seconds that the BVH took.
@@ -50,12 +61,19 @@ private:
         void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
         void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
     };
+    void add_translucent();
+    void add_blockers(RTCGeometry opaque);
+
     const Scene& scene_;
+    /// Triangles that block everywhere, and those that may not, by their number in the scene.
+    std::vector<std::uint32_t> opaque_;
+    std::vector<std::uint32_t> translucent_;
     double seconds_building_;
     float offset_;
     float diagonal_;
     std::unique_ptr<RTCDeviceTy, Release> device_;
     std::unique_ptr<RTCSceneTy, Release> handle_;
+    std::unique_ptr<RTCSceneTy, Release> blockers_;
 };
 
 }  // namespace demo

@@ -12,11 +12,10 @@ namespace demo {
 
 namespace {
 
-/// Ends at the range, as smoothly as the inverse square beside it.
+/// The window that KHR_lights_punctual recommends: ends at the range.
 float window(float distance, float range) {
     const float share = distance / range;
-    const float rest = glm::clamp(1.0f - share * share * share * share, 0.0f, 1.0f);
-    return rest * rest;
+    return glm::clamp(1.0f - share * share * share * share, 0.0f, 1.0f);
 }
 
 float cone_fall_off(const lightmesh::SpotLight& spot, float inner_cone, const glm::vec3& to_light) {
@@ -25,7 +24,9 @@ float cone_fall_off(const lightmesh::SpotLight& spot, float inner_cone, const gl
     if (cosine < outer)
         return 0.0f;
     const float inner = std::cos((std::min)(inner_cone, spot.cone));
-    return inner > outer ? glm::smoothstep(outer, inner, cosine) : 1.0f;
+    // KHR_lights_punctual: linear in the cosine, squared.
+    const float share = glm::clamp((cosine - outer) / (std::max)(0.001f, inner - outer), 0.0f, 1.0f);
+    return share * share;
 }
 
 Illumination from_position(const glm::vec3& position, float range, const glm::vec3& intensity,
@@ -35,6 +36,13 @@ Illumination from_position(const glm::vec3& position, float range, const glm::ve
     if (!(distance > 0.0f))
         return {glm::vec3(0.0f), glm::vec3(0.0f)};
     return {way / distance, intensity * (window(distance, range) / (distance * distance))};
+}
+
+/// The light's end of a ray: off what the lamp hangs on, but at most half of the way.
+glm::vec3 short_of(const glm::vec3& lamp, const glm::vec3& point, float offset) {
+    const glm::vec3 way = point - lamp;
+    const float distance = glm::length(way);
+    return distance > 2.0f * offset ? lamp + way * (offset / distance) : lamp + 0.5f * way;
 }
 
 }  // namespace
@@ -54,7 +62,10 @@ Illumination illuminate(const SceneLight& light, const glm::vec3& point) {
         return found;
     }
     const auto& lamp = std::get<lightmesh::PointLight>(light.shape);
-    return from_position(lamp.position, lamp.range, light.intensity, point);
+    Illumination found = from_position(lamp.position, lamp.range, light.intensity, point);
+    if (light.facing != glm::vec3(0.0f))
+        found.irradiance *= std::abs(glm::dot(light.facing, found.to_light));
+    return found;
 }
 
 lightmesh::Segment shadow_segment(const SceneLight& light, const glm::vec3& point, const glm::vec3& normal,
@@ -62,11 +73,14 @@ lightmesh::Segment shadow_segment(const SceneLight& light, const glm::vec3& poin
     const glm::vec3 origin = point + offset * normal;
     if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&light.shape))
         return {origin, origin - far_away * glm::normalize(sun->direction)};
-    if (const auto* spot = std::get_if<lightmesh::SpotLight>(&light.shape))
-        return {origin, spot->position};
-    if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape))
-        return {origin, pane->position};
-    return {origin, std::get<lightmesh::PointLight>(light.shape).position};
+    const auto position = [&light] {
+        if (const auto* spot = std::get_if<lightmesh::SpotLight>(&light.shape))
+            return spot->position;
+        if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape))
+            return pane->position;
+        return std::get<lightmesh::PointLight>(light.shape).position;
+    };
+    return {origin, short_of(position(), origin, offset)};
 }
 
 }  // namespace demo

@@ -15,12 +15,12 @@ struct Illumination {
     glm::vec3 irradiance;  ///< on a surface that faces the light; 0 out of range and outside the cone
 };
 
-/// Inverse squares for point and spot lights, windowed to end smoothly at the light's range (as glTF's
-/// KHR_lights_punctual does); the cone's fall-off is smooth from `inner_cone` to the cone.
+/// Inverse squares for point and spot lights, with the window to the range and the fall-off from `inner_cone`
+/// to the cone that glTF's KHR_lights_punctual recommends.
 Illumination illuminate(const SceneLight& light, const glm::vec3& point);
 
-/// The segment of a hard shadow ray. It leaves the surface by `offset` along the normal (world units); one to
-/// a directional light ends `far` away.
+/// The segment of a hard shadow ray. It leaves the surface by `offset` along the normal and ends as far short
+/// of a lamp (world units); one to a directional light ends `far` away.
 lightmesh::Segment shadow_segment(const SceneLight& light, const glm::vec3& point, const glm::vec3& normal,
                                   float offset, float far_away);
 

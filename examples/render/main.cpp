@@ -12,6 +12,7 @@ int main(int argument_count, char** arguments) {
     demo::add_picture_command(program, status);
     demo::add_compare_command(program, status);
     demo::add_tables_command(program, status);
+    demo::add_info_command(program, status);
     try {
         program.parse(argument_count, arguments);
     } catch (const CLI::ParseError& error) {
@@ -21,6 +22,10 @@ int main(int argument_count, char** arguments) {
         return 2;
     } catch (const std::exception& error) {
         std::cerr << "lightmesh-render: " << error.what() << '\n';
+        return 1;
+    }
+    if (!std::cout.flush()) {
+        std::cerr << "lightmesh-render: cannot write to the standard output\n";
         return 1;
     }
     return status;

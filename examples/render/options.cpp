@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "render/options.hpp"
 
+#include "render/run.hpp"
+#include "render/text_table.hpp"
+#include "scene/light_rig.hpp"
+
 #include <cmath>
 #include <iostream>
+#include <sstream>
+#include <stdexcept>
 
 namespace demo {
 
@@ -20,6 +26,25 @@ lightmesh::ShortTest short_test_named(const std::string& name) {
     if (name == "none")
         return lightmesh::ShortTest::none;
     return name == "linked" ? lightmesh::ShortTest::linked : lightmesh::ShortTest::exact;
+}
+
+/// Three numbers with commas between them, or the name of an axis.
+glm::vec3 vector_of(const std::string& option, const std::string& text) {
+    if (text == "x" || text == "y" || text == "z")
+        return {text == "x" ? 1.0f : 0.0f, text == "y" ? 1.0f : 0.0f, text == "z" ? 1.0f : 0.0f};
+    std::istringstream words(text);
+    glm::vec3 value{0.0f};
+    std::string word;
+    int count = 0;
+    bool fits = true;
+    for (; std::getline(words, word, ','); ++count)
+        fits =
+            fits && count < 3 && CLI::detail::lexical_cast(word, value[count]) && std::isfinite(value[count]);
+    if (!fits || count != 3)
+        throw CLI::ValidationError(option, "'" + text + "' is not x,y,z");
+    if (option == "--up" && value == glm::vec3(0.0f))
+        throw CLI::ValidationError(option, "0,0,0 is no direction");
+    return value;
 }
 
 }  // namespace
@@ -53,11 +78,61 @@ void add_render_options(CLI::App& command, CommonOptions& options) {
     command.add_option("--device", visibility.device, "of Vulkan: its number or a part of its name");
 }
 
-void add_scene_options(CLI::App& command, CommonOptions& options) {
+CLI::Validator finite_range(float low, float high) {
+    const auto check = [low, high](const std::string& text) {
+        float value = 0.0f;
+        const bool fits = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+        return fits ? std::string()
+                    : text + " is not a number from " + fixed(static_cast<double>(low), 0) + " to " +
+                          fixed(static_cast<double>(high), 0);
+    };
+    return {check,
+            "[" + fixed(static_cast<double>(low), 0) + " - " + fixed(static_cast<double>(high), 0) + "]"};
+}
+
+void add_file_options(CLI::App& command, SceneOptions& options) {
     command.add_option("scene", options.scene, "park, spheres, rooms, or a file: OBJ, glTF, GLB, PLY")
         ->required();
     command.add_option("--lights", options.lights, "spread so many point lights over the scene, for its own")
         ->check(CLI::Range(1, 1000000));
+    command.add_option("--camera", options.import.camera, "of the file: its name, or its number from 0");
+    const auto add_place = [&command](const char* name, std::optional<glm::vec3>& value, const char* what) {
+        command.add_option_function<std::string>(
+            name, [&value, name](const std::string& text) { value = vector_of(name, text); }, what);
+    };
+    add_place("--eye", options.eye, "where the camera is: x,y,z as in the file");
+    add_place("--target", options.target, "where it looks; default: the middle of the scene");
+    command.add_option_function<std::string>(
+        "--up",
+        [&options](const std::string& text) {
+            options.up = vector_of("--up", text);
+            options.import.z_is_up = *options.up == glm::vec3(0, 0, 1);
+        },
+        "y, z, or x,y,z: what is up in the picture, and in OBJ and PLY");
+    command.add_option("--fov", options.field_of_view, "vertical angle of the view in degrees")
+        ->check(finite_range(1.0f, 170.0f));
+    command.add_option_function<std::string>(
+        "--exposure",
+        [&options](const std::string& text) {
+            float value = 0.0f;
+            if (text == "auto")
+                options.exposure.reset();
+            else if (CLI::detail::lexical_cast(text, value) && std::abs(value) <= 64.0f)
+                options.exposure = value;
+            else
+                throw CLI::ValidationError("--exposure",
+                                           text + " is neither auto nor a number from -64 to 64");
+        },
+        "of the picture: auto (files), or the power of two that its values are multiplied by");
+    command
+        .add_option_function<std::string>(
+            "--emitters", [&options](const std::string& text) { options.import.emitters = text == "on"; },
+            "whether surfaces of a file that shine become lights: on (default) or off")
+        ->check(CLI::IsMember({"on", "off"}));
+}
+
+void add_scene_options(CLI::App& command, CommonOptions& options) {
+    add_file_options(command, options);
     command
         .add_option("-r,--radius", options.radius,
                     "r, of the blur, in the scene's units; default: the scene's")
@@ -65,7 +140,7 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
     command
         .add_option("-q,--quality", options.quality,
                     "q, light points per radius, 1 to 16; default: the scene's")
-        ->check(CLI::Range(1.0f, 16.0f));
+        ->check(finite_range(1.0f, 16.0f));
     command.add_option("--short-test", options.short_test, "of lmm: does a surface point see a light point?")
         ->check(CLI::IsMember({"exact", "linked", "none"}))
         ->capture_default_str();
@@ -78,18 +153,25 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
                      "let rays decide where a shadow map cannot");
 }
 
-Scene load_scene(const std::string& name_or_file, std::size_t lights) {
-    Scene scene = load_scene(name_or_file);
-    if (lights > 0)
-        spread_lights(scene, lights);
+Scene show_scene(const SceneOptions& options) {
+    Scene scene = open_scene(options);
     for (const std::string& remark : scene.remarks)
         std::cout << "note: " << remark << '\n';
     return scene;
 }
 
+void check_radius(float radius, const Scene& scene) {
+    constexpr float most = 1000.0f;
+    const float size = bounds_of(scene).diagonal();
+    if (!(radius <= most * size))
+        throw std::invalid_argument("--radius " + number(radius) +
+                                    " is more than 1000 times the size of the scene, " + number(size));
+}
+
 VisibilityOptions visibility_options(const CommonOptions& options, const Scene& scene) {
     VisibilityOptions visibility = options.visibility;
     visibility.settings.radius = options.radius.value_or(scene.radius);
+    check_radius(visibility.settings.radius, scene);
     visibility.settings.quality = options.quality.value_or(scene.quality);
     visibility.settings.short_test = short_test_named(options.short_test);
     visibility.depth = options.depth == "embree" ? DepthSource::embree : DepthSource::vulkan;

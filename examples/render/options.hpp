@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "render/open_scene.hpp"
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
 #include "scene/scene.hpp"
@@ -17,13 +18,14 @@ namespace demo {
 /// CLI11's own lets NaN pass.
 extern const CLI::Validator finite_positive;
 
-/// Loads a scene, with its remarks on the screen, and spreads so many lights over it; 0 keeps its own.
-Scene load_scene(const std::string& scene, std::size_t lights);
+/// CLI11's own range lets NaN pass.
+CLI::Validator finite_range(float low, float high);
+
+/// Opens a scene, with its remarks on the screen.
+Scene show_scene(const SceneOptions& options);
 
 /// What all commands of `lightmesh-render` take.
-struct CommonOptions {
-    std::string scene;
-    std::size_t lights = 0;        ///< 0: the scene's own
+struct CommonOptions : SceneOptions {
     std::optional<float> radius;   ///< else the scene's own
     std::optional<float> quality;  ///< else the scene's own
     std::string short_test = "exact";
@@ -34,10 +36,15 @@ struct CommonOptions {
 
 /// The options about pictures and machines.
 void add_render_options(CLI::App& command, CommonOptions& options);
+/// The options about the scene itself: file, view, lights, exposure.
+void add_file_options(CLI::App& command, SceneOptions& options);
 /// The options about scenes and algorithms.
 void add_scene_options(CLI::App& command, CommonOptions& options);
 /// The names of all algorithms.
 std::vector<std::string> algorithm_names();
+
+/// Throws std::invalid_argument for a radius that dwarfs the scene: floats would not hold the grid.
+void check_radius(float radius, const Scene& scene);
 
 /// The options with what they leave to the scene.
 VisibilityOptions visibility_options(const CommonOptions& options, const Scene& scene);

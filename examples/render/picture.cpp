@@ -16,22 +16,23 @@ struct PictureOptions : CommonOptions {
     std::string exr;
 };
 
-/// The folder that a file would lie in.
-std::filesystem::path folder_of(const std::filesystem::path& file) {
-    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-}
-
 int make_picture(const PictureOptions& options) {
-    const Scene scene = load_scene(options.scene, options.lights);
-    const EmbreeScene embree(scene);
-    const std::filesystem::path output = options.output.empty() ? scene.name + ".png" : options.output;
-    prepare_folder(folder_of(output));
+    const std::filesystem::path scene_name = options.scene;
+    const std::filesystem::path output =
+        options.output.empty() ? scene_name.stem().string() + ".png" : options.output;
+    prepare_picture(output);
     if (!options.exr.empty())
-        prepare_folder(folder_of(options.exr));
+        prepare_file(options.exr);
+    const Scene scene = show_scene(options);
+    const EmbreeScene embree(scene);
     const Run made = run(options.algorithm, embree, visibility_options(options, scene), options.render);
+    if (!made.statistics.finished && std::filesystem::exists(output)) {
+        std::cerr << "interrupted: " << output.string() << " stays as it was\n";
+        return exit_interrupted;
+    }
     write_image(made.image, output);
     std::cout << report(made, embree) << "picture: " << output.string() << '\n';
-    if (!options.exr.empty()) {
+    if (!options.exr.empty() && made.statistics.finished) {
         write_exr(made.image, options.exr);
         std::cout << "picture: " << options.exr << '\n';
     }

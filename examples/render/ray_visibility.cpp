@@ -16,7 +16,8 @@ namespace demo {
 
 namespace {
 
-/// Segments on their way to the tracer, each with the value that it adds to if it is open.
+/// Segments on their way to the tracer, each with the value that it adds to by the light that it lets
+/// through.
 class Batch {
 public:
     explicit Batch(const EmbreeIntersector& tracer) : tracer_(tracer) {}
@@ -30,10 +31,10 @@ public:
     }
 
     void flush() {
-        tracer_.occluded(std::span(segments_).first(size_), std::span(hit_).first(size_));
+        tracer_.let_through(std::span(segments_).first(size_), std::span(hit_).first(size_),
+                            std::span(open_).first(size_));
         for (std::size_t i = 0; i < size_; ++i)
-            if (hit_[i] == 0)
-                *values_[i] += shares_[i];
+            *values_[i] += shares_[i] * open_[i];
         rays_ += size_;
         size_ = 0;
     }
@@ -46,6 +47,7 @@ private:
     std::array<float*, 64> values_;
     std::array<float, 64> shares_;
     std::array<std::uint8_t, 64> hit_;
+    std::array<float, 64> open_;
     std::size_t size_ = 0;
     std::uint64_t rays_ = 0;
 };

@@ -2,7 +2,9 @@
 #include "render/renderer.hpp"
 
 #include "render/shading.hpp"
+#include "render/view.hpp"
 #include "scene/random.hpp"
+#include "scene/surface.hpp"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -35,35 +37,6 @@ public:
 private:
     using Clock = std::chrono::steady_clock;
     Clock::time_point start_ = Clock::now();
-};
-
-/// Rays through the pixels of a picture.
-class View {
-public:
-    View(const Camera& camera, int width, int height) : width_(width), height_(height), eye_(camera.eye) {
-        forward_ = glm::normalize(camera.target - camera.eye);
-        const glm::vec3 right = glm::normalize(glm::cross(forward_, camera.up));
-        const float half = std::tan(0.5f * camera.vertical_field_of_view);
-        right_ = right * (half * static_cast<float>(width) / static_cast<float>(height));
-        up_ = glm::cross(right, forward_) * half;
-    }
-
-    const glm::vec3& eye() const { return eye_; }
-
-    /// (column, row) in pixels, row 0 on top.
-    glm::vec3 direction(float column, float row) const {
-        const float x = 2.0f * column / static_cast<float>(width_) - 1.0f;
-        const float y = 1.0f - 2.0f * row / static_cast<float>(height_);
-        return glm::normalize(forward_ + x * right_ + y * up_);
-    }
-
-private:
-    int width_;
-    int height_;
-    glm::vec3 eye_;
-    glm::vec3 forward_;
-    glm::vec3 right_;
-    glm::vec3 up_;
 };
 
 /// A ray on its way, and the share of a pixel that it brings.
@@ -101,7 +74,8 @@ public:
         statistics_.seconds_tracing =
             watch.seconds() - statistics_.visibility.seconds - statistics_.seconds_shading;
         for (int pixel = 0; pixel < width * height; ++pixel)
-            image.at(left + pixel % width, top + pixel / width) = colours_[static_cast<std::size_t>(pixel)];
+            image.at(left + pixel % width, top + pixel / width) =
+                model().exposure * colours_[static_cast<std::size_t>(pixel)];
     }
 
     const RenderStatistics& statistics() const { return statistics_; }
@@ -115,10 +89,10 @@ private:
         for (int s = 0; s < options_.samples; ++s) {
             const glm::vec2 place =
                 options_.samples == 1 ? glm::vec2(0.5f) : glm::fract(sample_place(s) + shift);
-            const glm::vec3 direction =
-                view.direction(static_cast<float>(column) + place.x, static_cast<float>(row) + place.y);
+            const float x = static_cast<float>(column) + place.x;
+            const float y = static_cast<float>(row) + place.y;
             ++statistics_.primary_rays;
-            rays_.push_back({view.eye(), direction, glm::vec3(1.0f / count), pixel, 0});
+            rays_.push_back({view.origin(x, y), view.direction(x, y), glm::vec3(1.0f / count), pixel, 0});
             follow_rays();
         }
     }
@@ -159,12 +133,13 @@ private:
         if (ray.depth >= options_.depth_limit)
             return;
         const Material& material = model().materials[hit.material];
+        const Surface surface = surface_at(model(), material, hit.triangle, hit.u, hit.v);
         const glm::vec3 way = scene_.offset() * hit.geometric_normal;
         const glm::vec3 mirrored = glm::reflect(ray.direction, hit.shading_normal);
-        follow_on(ray, hit.position + way, mirrored, material.k_s);
+        follow_on(ray, hit.position + way, mirrored, surface.k_s);
         const glm::vec3 through = refracted(hit, ray.direction, material.refraction_index);
         const bool enters = glm::dot(through, hit.geometric_normal) < 0.0f;
-        follow_on(ray, hit.position + (enters ? -way : way), through, material.k_t);
+        follow_on(ray, hit.position + (enters ? -way : way), through, surface.k_t);
     }
 
     void follow_on(const PathRay& ray, const glm::vec3& origin, const glm::vec3& direction, float share) {

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
 #include <system_error>
@@ -17,6 +18,7 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
         const RenderOptions& options) {
     Run made;
     made.algorithm = algorithm;
+    made.settings = visibility.settings;
     const auto start = std::chrono::steady_clock::now();
     const std::unique_ptr<Visibility> shadows = make_visibility(algorithm, scene, visibility);
     made.seconds_preparing = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -28,6 +30,12 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
     return made;
 }
 
+std::string number(float value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(value));
+    return text;
+}
+
 std::string report(const Run& run, const EmbreeScene& scene) {
     const RenderStatistics& spent = run.statistics;
     const std::size_t lights = scene.scene().lights.size();
@@ -35,6 +43,10 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"algorithm", run.algorithm});
     table.add_row({"triangles", grouped(scene.scene().triangles.size())});
     table.add_row({"lights", grouped(lights)});
+    if (run.mesh) {
+        table.add_row({"radius r", number(run.settings.radius)});
+        table.add_row({"quality q", number(run.settings.quality)});
+    }
     table.add_row({"surface points", grouped(spent.shading_points)});
     table.add_rule();
     table.add_row({"seconds: BVH", fixed(scene.seconds_building(), 3)});
@@ -75,6 +87,20 @@ void prepare_folder(const std::filesystem::path& folder) {
     }
     close(file);
     unlink(name.c_str());
+}
+
+void prepare_file(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored))
+        throw std::runtime_error("cannot write " + file.string() +
+                                 ": there is something that is no regular file");
+    prepare_folder(file.has_parent_path() ? file.parent_path() : std::filesystem::path("."));
+}
+
+void prepare_picture(const std::filesystem::path& file) {
+    if (file.extension() != ".png" && file.extension() != ".exr")
+        throw std::runtime_error("cannot write " + file.string() + ": its name must end in .png or .exr");
+    prepare_file(file);
 }
 
 }  // namespace demo

@@ -5,6 +5,7 @@
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
 
+#include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 
 #include <cstddef>
@@ -18,6 +19,7 @@ namespace demo {
 /// A picture and what it took.
 struct Run {
     std::string algorithm;
+    lightmesh::Settings settings;
     Image image;
     RenderStatistics statistics;
     double seconds_preparing = 0.0;  ///< until the first ray: devices opened, triangles copied
@@ -27,9 +29,12 @@ struct Run {
     double seconds() const { return seconds_preparing + statistics.seconds; }
 };
 
-/// Renders one picture with a progress bar, until Ctrl-C.
+/// Renders one picture with a progress bar, until Ctrl-C or SIGTERM.
 Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
         const RenderOptions& options);
+
+/// With four digits, as short as can be.
+std::string number(float value);
 
 /// What a run took, line by line.
 std::string report(const Run& run, const EmbreeScene& scene);
@@ -37,5 +42,11 @@ std::string report(const Run& run, const EmbreeScene& scene);
 /// Makes the folder if it is not there. Throws std::runtime_error that names it if no file can be written
 /// into it.
 void prepare_folder(const std::filesystem::path& folder);
+
+/// As `prepare_folder` for the folder of a file. Throws std::runtime_error that names the file if there is
+/// something else than a file in its place.
+void prepare_file(const std::filesystem::path& file);
+/// The same for a picture, whose name must end in .png or .exr.
+void prepare_picture(const std::filesystem::path& file);
 
 }  // namespace demo

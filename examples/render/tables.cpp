@@ -105,7 +105,7 @@ std::string cell_text(const Run& made, const Run& lmm, double published) {
 /// False if the user has stopped it.
 bool print_table(const PaperTable& table, CommonOptions options) {
     options.scene = table.scene;
-    const Scene scene = load_scene(options.scene, options.lights);
+    const Scene scene = show_scene(options);
     const EmbreeScene embree(scene);
     Cells cells(table, embree, options);
     TextTable text;

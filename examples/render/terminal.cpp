@@ -15,9 +15,9 @@ constexpr int bar_width = 40;
 
 std::atomic<bool> was_interrupted{false};
 
-void note_interrupt(int) {
+void note_interrupt(int signal) {
     was_interrupted.store(true, std::memory_order_relaxed);
-    std::signal(SIGINT, SIG_DFL);
+    std::signal(signal, SIG_DFL);
 }
 
 }  // namespace
@@ -46,6 +46,7 @@ void ProgressBar::show(double done) {
 const std::atomic<bool>& interrupted() {
     static const bool watches = [] {
         std::signal(SIGINT, note_interrupt);
+        std::signal(SIGTERM, note_interrupt);
         return true;
     }();
     static_cast<void>(watches);

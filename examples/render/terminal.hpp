@@ -24,8 +24,8 @@ private:
     int shown_percent_ = -1;
 };
 
-/// True once the user has pressed Ctrl-C. From the first call on Ctrl-C does nothing else, but that a second
-/// one ends the program.
+/// True once the user has pressed Ctrl-C, or the program was told to end (SIGTERM). From the first call on
+/// these do nothing else, but that a second one ends the program.
 const std::atomic<bool>& interrupted();
 
 }  // namespace demo

@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: MIT
-#include "import_lights.hpp"
-#include "import_materials.hpp"
+#include "emitters.hpp"
+#include "isolated.hpp"
 #include "light_rig.hpp"
+#include "model.hpp"
 #include "scene.hpp"
 
-#include <assimp/DefaultLogger.hpp>
-#include <assimp/Importer.hpp>
-#include <assimp/LogStream.hpp>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
-#include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
-#include <variant>
+#include <utility>
 
 namespace demo {
 namespace {
@@ -28,58 +27,30 @@ namespace fs = std::filesystem;
 
 /// Scene::radius as a share of the diagonal.
 constexpr float radius_share = 0.025f;
+/// Coordinates this many times as large as the model are moved to the origin: floats would hold no detail.
+constexpr double far_away = 64.0;
+
+/// Embree traces no rays beyond 2^60.
+constexpr float farthest_coordinate = 1e18f;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& problem) {
     throw std::runtime_error(file.string() + ": " + problem);
 }
 
-std::string in_brackets(glm::vec3 v) {
+std::string in_brackets(const glm::dvec3& v) {
     return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
 }
 
-bool is_finite(glm::vec3 v) {
+bool is_finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// What Assimp only writes to its log. The log is one for the whole process, so one import runs at a time.
-class LogCapture {
-public:
-    LogCapture() {
-        Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
-        Assimp::DefaultLogger::get()->attachStream(new Stream{lines_},
-                                                   Assimp::Logger::Warn | Assimp::Logger::Err);
-    }
-    ~LogCapture() { Assimp::DefaultLogger::kill(); }  // deletes the stream, too
-    LogCapture(const LogCapture&) = delete;
-    LogCapture& operator=(const LogCapture&) = delete;
-
-    /// The first line that contains `text`, without its prefix; empty if there is none.
-    std::string find(const std::string& text) const {
-        for (const std::string& line : lines_) {
-            const std::size_t at = line.find(text);
-            if (at != std::string::npos) {
-                const std::size_t start = line.find(": ") + 2;
-                return line.substr(start, line.find_last_not_of('\n') + 1 - start);
-            }
-        }
-        return {};
-    }
-
-private:
-    struct Stream : Assimp::LogStream {
-        explicit Stream(std::vector<std::string>& to) : lines(to) {}
-        void write(const char* message) override { lines.emplace_back(message); }
-        std::vector<std::string>& lines;
-    };
-
-    std::vector<std::string> lines_;
-    std::lock_guard<std::mutex> lock_{mutex()};
-
-    static std::mutex& mutex() {
-        static std::mutex the_mutex;
-        return the_mutex;
-    }
-};
+std::string extension_of(const fs::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
 
 void check_file(const fs::path& file) {
     if (!fs::exists(file)) {
@@ -88,71 +59,33 @@ void check_file(const fs::path& file) {
     if (fs::is_directory(file)) {
         fail(file, "is a folder, not a scene");
     }
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = extension_of(file);
     const std::array<const char*, 4> known{".obj", ".gltf", ".glb", ".ply"};
     if (std::find(known.begin(), known.end(), extension) == known.end()) {
         fail(file, "unknown format '" + extension + "'; .obj, .gltf, .glb and .ply can be read");
+    }
+    if (!fs::is_regular_file(file)) {
+        fail(file, "is no regular file");
     }
     if (!std::ifstream{file}) {
         fail(file, "cannot be opened");
     }
 }
 
-/// Looks at the data as it came from the file. Assimp's later steps trust it: Debian's build ends the process
-/// where an assertion fails.
-void check_mesh(const fs::path& file, const aiMesh& mesh, unsigned number) {
-    const std::string where = "mesh " + std::to_string(number) + " '" + mesh.mName.C_Str() + "'";
-    for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-        const glm::vec3 p = to_glm(mesh.mVertices[i]);
-        if (!is_finite(p)) {
-            fail(file, "vertex " + std::to_string(i) + " of " + where + " is not finite: " + in_brackets(p));
-        }
+Model read_model(const fs::path& file) {
+    const std::string extension = extension_of(file);
+    const bool is_gltf = extension == ".gltf" || extension == ".glb";
+    const std::size_t size = fs::file_size(file);
+    constexpr std::size_t megabyte = 1 << 20;
+    // A model in memory is larger than its file, most of all where instances or compression multiply it. What
+    // the checks of the readers refuse takes none of this.
+    const ReaderLimits limits{(is_gltf ? 2048 : 64) * megabyte + 24 * size,
+                              static_cast<unsigned>(10 + size / megabyte)};
+    try {
+        return read_isolated(is_gltf ? read_gltf : read_by_assimp, file, limits);
+    } catch (const std::exception& error) {
+        fail(file, error.what());
     }
-    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-        const aiFace& face = mesh.mFaces[i];
-        if (face.mNumIndices == 0) {
-            fail(file,
-                 "face " + std::to_string(i) + " of " + where + " has no vertices; the file may be cut off");
-        }
-        for (unsigned k = 0; k < face.mNumIndices; ++k) {
-            if (face.mIndices[k] >= mesh.mNumVertices) {
-                fail(file, "face " + std::to_string(i) + " of " + where + " refers to vertex " +
-                               std::to_string(face.mIndices[k]) + ", but there are only " +
-                               std::to_string(mesh.mNumVertices));
-            }
-        }
-    }
-}
-
-/// Reads the file, checks it, and has Assimp make triangles with normals of it.
-const aiScene& read(Assimp::Importer& importer, const fs::path& file, const LogCapture& log) {
-    const aiScene* source = importer.ReadFile(file.string(), 0);
-    if (!source) {
-        const std::string problem = importer.GetErrorString();
-        fail(file,
-             problem.find("No suitable reader") == 0 ? "is damaged, or not what its name says" : problem);
-    }
-    if (const std::string line = log.find("out-of-range indices"); !line.empty()) {
-        fail(file, "faces refer to vertices that are not there");
-    }
-    unsigned faces = 0;
-    for (unsigned i = 0; i < source->mNumMeshes; ++i) {
-        check_mesh(file, *source->mMeshes[i], i);
-        faces += source->mMeshes[i]->mNumFaces;
-    }
-    if (faces == 0) {
-        fail(file, "has no triangles");
-    }
-    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 40.0f);
-    constexpr unsigned steps = aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_GenSmoothNormals;
-    source = importer.ApplyPostProcessing(steps);
-    if (!source || !source->mRootNode) {
-        fail(file, "has no triangles");
-    }
-    return *source;
 }
 
 /// No area that a ray could hit: two corners in one place, or all three on a line.
@@ -163,42 +96,74 @@ bool is_degenerate(glm::vec3 a, glm::vec3 b, glm::vec3 c) {
     return !(glm::length(glm::cross(ab, ac)) > 1e-7 * longest);
 }
 
-/// Collects the meshes of all nodes in world space.
+/// Gives every corner of a triangle a vertex of its own, where a mesh has no normals: it is flat.
+ModelMesh unshared(ModelMesh mesh) {
+    const auto by_corner = [&](auto& values) {
+        if (values.empty())
+            return;
+        auto spread = values;
+        spread.clear();
+        spread.reserve(mesh.indices.size());
+        for (const std::uint32_t index : mesh.indices)
+            spread.push_back(values[index]);
+        values = std::move(spread);
+    };
+    by_corner(mesh.positions);
+    by_corner(mesh.texture_coordinates[0]);
+    by_corner(mesh.texture_coordinates[1]);
+    by_corner(mesh.colours);
+    for (std::size_t i = 0; i < mesh.indices.size(); ++i)
+        mesh.indices[i] = static_cast<std::uint32_t>(i);
+    return mesh;
+}
+
+/// Collects the meshes in the scene, in floats about its origin.
 class Gatherer {
 public:
-    Gatherer(const fs::path& file, Scene& scene) : file_(file), scene_(scene) {}
-
-    void add(const aiMesh& mesh, const aiMatrix4x4& to_world) {
-        if (scene_.positions.size() + mesh.mNumVertices > std::numeric_limits<std::uint32_t>::max()) {
-            fail(file_, "has more than 2^32 vertices");
-        }
-        const auto first = static_cast<std::uint32_t>(scene_.positions.size());
-        add_vertices(mesh, to_world);
-        const bool mirrored = aiMatrix3x3{to_world}.Determinant() < 0.0f;
-        for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-            const unsigned* corner = mesh.mFaces[i].mIndices;
-            add_triangle(
-                {{first + corner[0], first + corner[mirrored ? 2 : 1], first + corner[mirrored ? 1 : 2]},
-                 mesh.mMaterialIndex});
+    Gatherer(const fs::path& file, Scene& scene, const Model& model) : file_(file), scene_(scene) {
+        for (const ModelMesh& mesh : model.meshes) {
+            has_colours_ = has_colours_ || !mesh.colours.empty();
+            for (std::size_t set = 0; set < 2; ++set)
+                has_coordinates_[set] = has_coordinates_[set] || !mesh.texture_coordinates[set].empty();
         }
     }
 
+    void add(ModelMesh mesh) {
+        if (mesh.normals.empty())
+            mesh = unshared(std::move(mesh));
+        if (scene_.positions.size() + mesh.positions.size() > std::numeric_limits<std::uint32_t>::max())
+            fail(file_, "has more than 2^32 vertices");
+        const auto first = static_cast<std::uint32_t>(scene_.positions.size());
+        const std::size_t first_triangle = scene_.triangles.size();
+        add_vertices(mesh);
+        for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
+            add_triangle({{first + mesh.indices[i], first + mesh.indices[i + 1], first + mesh.indices[i + 2]},
+                          mesh.material});
+        ranges_.push_back({first_triangle, scene_.triangles.size()});
+    }
+
     std::size_t dropped() const { return dropped_; }
+    const std::vector<TriangleRange>& ranges() const { return ranges_; }
 
 private:
-    void add_vertices(const aiMesh& mesh, const aiMatrix4x4& to_world) {
-        aiMatrix3x3 for_normals{to_world};
-        for_normals.Inverse().Transpose();
-        for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-            const glm::vec3 p = transform_point(to_world, to_glm(mesh.mVertices[i]));
-            if (!is_finite(p)) {
-                fail(file_, "vertex " + std::to_string(i) + " of mesh '" + mesh.mName.C_Str() +
-                                "' is not finite where its node puts it: " + in_brackets(p));
-            }
+    void add_vertices(const ModelMesh& mesh) {
+        for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+            const glm::vec3 p{mesh.positions[i] - scene_.origin};
+            if (!is_finite(p))
+                fail(file_, "vertex " + std::to_string(i) + " of " + mesh.name +
+                                " is not finite where its node puts it: " + in_brackets(mesh.positions[i]));
             scene_.positions.push_back(p);
-            const glm::vec3 n = mesh.HasNormals() ? to_glm(for_normals * mesh.mNormals[i]) : glm::vec3{0.0f};
+            const glm::vec3 n = mesh.normals.empty() ? glm::vec3{0.0f} : mesh.normals[i];
             const float length = glm::length(n);
             scene_.normals.push_back(length > 0.0f && std::isfinite(length) ? n / length : glm::vec3{0.0f});
+            if (has_colours_)
+                scene_.colours.push_back(mesh.colours.empty() ? glm::vec4{1.0f}
+                                                              : glm::clamp(mesh.colours[i], 0.0f, 1.0f));
+            for (std::size_t set = 0; set < 2; ++set)
+                if (has_coordinates_[set])
+                    scene_.texture_coordinates[set].push_back(mesh.texture_coordinates[set].empty()
+                                                                  ? glm::vec2{0.0f}
+                                                                  : mesh.texture_coordinates[set][i]);
         }
     }
 
@@ -213,7 +178,7 @@ private:
         const glm::dvec3 ab = glm::dvec3{b} - glm::dvec3{a};
         const glm::vec3 flat{glm::normalize(glm::cross(ab, glm::dvec3{c} - glm::dvec3{a}))};
         for (const std::uint32_t vertex : triangle.vertex) {
-            if (scene_.normals[vertex] == glm::vec3{0.0f}) {  // the file's normal is 0 or NaN
+            if (scene_.normals[vertex] == glm::vec3{0.0f}) {  // the file's normal is 0, NaN or not there
                 scene_.normals[vertex] = flat;
             }
         }
@@ -222,166 +187,247 @@ private:
 
     const fs::path& file_;
     Scene& scene_;
+    bool has_colours_ = false;
+    std::array<bool, 2> has_coordinates_{};
+    std::vector<TriangleRange> ranges_;
     std::size_t dropped_ = 0;
 };
 
-void import_triangles(const fs::path& file, const aiScene& source, const std::vector<PlacedNode>& nodes,
-                      Scene& scene) {
-    Gatherer gatherer{file, scene};
-    for (const PlacedNode& placed : nodes) {
-        for (unsigned i = 0; i < placed.node->mNumMeshes; ++i) {
-            gatherer.add(*source.mMeshes[placed.node->mMeshes[i]], placed.to_world);
+/// Moves the origin to the middle of a model that lies so far out that floats would not hold its shape.
+void choose_origin(const Model& model, Scene& scene) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    glm::dvec3 low{infinity};
+    glm::dvec3 high{-infinity};
+    for (const ModelMesh& mesh : model.meshes)
+        for (const std::uint32_t index : mesh.indices) {
+            low = glm::min(low, mesh.positions[index]);
+            high = glm::max(high, mesh.positions[index]);
         }
+    const glm::dvec3 size = high - low;
+    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
+    const double extent = (std::max)({size.x, size.y, size.z});
+    const glm::dvec3 middle = glm::round(0.5 * (low + high));
+    if (extent > 0.0 && (std::max)({farthest.x, farthest.y, farthest.z}) > far_away * extent &&
+        std::isfinite(middle.x + middle.y + middle.z)) {
+        scene.origin = middle;
+        scene.remarks.push_back("the scene lies far from the origin: " + in_brackets(middle) +
+                                " of the file is the origin here");
     }
+}
+
+std::vector<TriangleRange> import_triangles(const fs::path& file, Model& model, Scene& scene) {
+    choose_origin(model, scene);
+    Gatherer gatherer{file, scene, model};
+    for (ModelMesh& mesh : model.meshes)
+        gatherer.add(std::exchange(mesh, {}));
     if (gatherer.dropped() > 0) {
         scene.remarks.push_back(std::to_string(gatherer.dropped()) + " triangles without area left out");
     }
     if (scene.triangles.empty()) {
         fail(file, "has no triangles");
     }
+    const Bounds bounds = bounds_of(scene);
+    const glm::vec3 farthest = glm::max(glm::abs(bounds.low), glm::abs(bounds.high));
+    if (!((std::max)({farthest.x, farthest.y, farthest.z}) < farthest_coordinate))
+        fail(file, "reaches from " + in_brackets(bounds.low) + " to " + in_brackets(bounds.high) +
+                       ", farther than rays can be traced");
+    return gatherer.ranges();
 }
 
-/// The mean colour of the vertices of every mesh that has any, in place of its material's: files of scans
-/// come so.
-void import_vertex_colours(const aiScene& source, Scene& scene) {
-    bool any = false;
-    for (unsigned i = 0; i < source.mNumMeshes; ++i) {
-        const aiMesh& mesh = *source.mMeshes[i];
-        if (!mesh.HasVertexColors(0)) {
+/// Decodes the pictures; those that cannot be are left out with a note, and what they would have lit is dark.
+void import_textures(const Model& model, Scene& scene) {
+    std::vector<std::int32_t> numbers(model.images.size(), -1);
+    const auto wanted = [&](std::size_t image) {
+        return std::ranges::any_of(scene.materials, [&](const Material& material) {
+            const auto number = static_cast<std::int32_t>(image);
+            return material.base_map.texture == number || material.emission_map.texture == number ||
+                   material.opacity_map.texture == number;
+        });
+    };
+    for (std::size_t i = 0; i < model.images.size(); ++i) {
+        if (!wanted(i))
             continue;
-        }
-        glm::vec3 sum{0.0f};
-        for (unsigned k = 0; k < mesh.mNumVertices; ++k) {
-            const aiColor4D& c = mesh.mColors[0][k];
-            sum += glm::vec3{c.r, c.g, c.b};
-        }
-        scene.materials[mesh.mMaterialIndex].diffuse = sum / static_cast<float>(mesh.mNumVertices);
-        any = true;
-    }
-    if (any) {
-        scene.remarks.emplace_back("vertex colours are not drawn: each mesh has the mean of its own");
-    }
-}
-
-void import_materials(const aiScene& source, const LogCapture& log, Scene& scene) {
-    bool textures = false;
-    for (unsigned i = 0; i < source.mNumMaterials; ++i) {
-        scene.materials.push_back(convert_material(*source.mMaterials[i], i));
-        textures = textures || has_texture(*source.mMaterials[i]);
-    }
-    if (textures) {
-        scene.remarks.emplace_back("textures left out: surfaces have the plain colours of their materials");
-    }
-    for (const char* problem : {"Unable to locate material file", "failed to locate material"}) {
-        if (const std::string line = log.find(problem); !line.empty()) {
-            scene.remarks.push_back(line);
-        }
-    }
-}
-
-/// The light that falls on a point if nothing is in the way.
-float irradiance(const Scene& scene, glm::vec3 p) {
-    float sum = 0.0f;
-    for (const SceneLight& light : scene.lights) {
-        const float strength = (light.intensity.r + light.intensity.g + light.intensity.b) / 3.0f;
-        const auto falling = [&](const auto& shape) {
-            if constexpr (requires { shape.position; }) {
-                const glm::vec3 way = shape.position - p;
-                const float squared = glm::dot(way, way);
-                return squared < shape.range * shape.range ? strength / squared : 0.0f;
-            } else {
-                return strength;
+        std::string problem = model.images[i].problem;
+        if (problem.empty()) {
+            try {
+                scene.textures.push_back(decode_texture(model.images[i].encoded));
+                numbers[i] = static_cast<std::int32_t>(scene.textures.size() - 1);
+            } catch (const std::exception& error) {
+                problem = error.what();
             }
-        };
-        sum += std::visit(falling, light.shape);
-    }
-    return sum;
-}
-
-/// Files give lights in candela and lux, anything from 0.1 to 100,000. Brings the median over the scene to
-/// what the picture shows well, if it is far from it.
-void adjust_exposure(Scene& scene) {
-    constexpr float dark = 0.1f;
-    constexpr float bright = 6.0f;
-    constexpr std::size_t samples = 1000;
-    std::vector<float> found;
-    const std::size_t step = scene.triangles.size() / samples + 1;
-    for (std::size_t i = 0; i < scene.triangles.size(); i += step) {
-        const float value = irradiance(scene, scene.positions[scene.triangles[i].vertex[0]]);
-        if (value > 0.0f && std::isfinite(value)) {
-            found.push_back(value);
         }
+        if (!problem.empty())
+            scene.remarks.push_back("texture '" + model.images[i].name + "' is left out: it " + problem);
     }
-    if (found.empty()) {
-        return;
+    const auto renumber = [&](TextureMap& map) {
+        if (map.texture >= 0)
+            map.texture = numbers[static_cast<std::size_t>(map.texture)];
+    };
+    for (Material& material : scene.materials) {
+        const bool has_emission_map = material.emission_map.texture >= 0;
+        renumber(material.base_map);
+        renumber(material.opacity_map);
+        renumber(material.emission_map);
+        if (has_emission_map && material.emission_map.texture < 0 && !material.is_unlit)
+            material.emission = glm::vec3{0.0f};
+        const bool may_have_holes =
+            material.opacity_map.texture >= 0 || material.opacity < material.alpha_cutoff ||
+            (material.base_map.texture >= 0 &&
+             scene.textures[static_cast<std::size_t>(material.base_map.texture)].has_alpha) ||
+            std::ranges::any_of(scene.colours, [](const glm::vec4& colour) { return colour.a < 1.0f; });
+        if (material.alpha_mode == AlphaMode::mask && !may_have_holes)
+            material.alpha_mode = AlphaMode::opaque;
     }
-    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
-    std::nth_element(found.begin(), middle, found.end());
-    if (*middle >= dark && *middle <= bright) {
-        return;
-    }
-    const float factor = 1.2f / *middle;
-    for (SceneLight& light : scene.lights) {
-        light.intensity *= factor;
-    }
-    scene.remarks.push_back("the lights are scaled by " + std::to_string(factor) +
-                            " to suit the picture's range");
 }
 
-void import_lights(const aiScene& source, const std::vector<PlacedNode>& nodes, Scene& scene) {
-    for (const PlacedLight& placed : place_lights(source, nodes)) {
-        const auto light = convert_light(placed);
-        if (light && light->intensity != glm::vec3{0.0f}) {
+std::string lamp_name(const ModelLight& light) {
+    return light.name.empty() ? "a lamp" : "lamp '" + light.name + "'";
+}
+
+/// The light as a Scene has it; nothing, with a remark, for one that cannot shine.
+std::optional<SceneLight> converted(const ModelLight& source, Scene& scene) {
+    const glm::vec3 position{source.position - scene.origin};
+    const double length = glm::length(source.axis);
+    if (!is_finite(position)) {
+        scene.remarks.push_back(lamp_name(source) + " is not at a finite place: left out");
+        return std::nullopt;
+    }
+    if (source.kind != ModelLight::Kind::point && !(length > 0.0 && std::isfinite(length))) {
+        scene.remarks.push_back(lamp_name(source) +
+                                " shines nowhere, since its node has no direction: left out");
+        return std::nullopt;
+    }
+    SceneLight light;
+    light.name = source.name;
+    light.intensity = source.intensity;
+    const glm::vec3 axis{source.axis / (length > 0.0 ? length : 1.0)};
+    switch (source.kind) {
+    case ModelLight::Kind::point:
+        light.shape = lightmesh::PointLight{position, source.range};
+        break;
+    case ModelLight::Kind::directional:
+        light.shape = lightmesh::DirectionalLight{axis};
+        break;
+    case ModelLight::Kind::spot:
+        light.shape = lightmesh::SpotLight{position, axis, source.outer_cone, source.range};
+        light.inner_cone = source.inner_cone;
+        break;
+    }
+    return light;
+}
+
+void import_lights(const Model& model, const std::vector<TriangleRange>& meshes, const ImportOptions& options,
+                   Scene& scene) {
+    std::size_t switched_off = 0;
+    for (const ModelLight& source : model.lights) {
+        if (source.intensity == glm::vec3{0.0f})
+            ++switched_off;
+        else if (const auto light = converted(source, scene))
             scene.lights.push_back(*light);
-        }
     }
-    if (scene.lights.empty()) {
+    if (switched_off > 0)
+        scene.remarks.push_back(
+            (switched_off == model.lights.size() ? "all " : "") + std::to_string(switched_off) +
+            (switched_off == model.lights.size() ? "" : " of " + std::to_string(model.lights.size())) +
+            " lights of the file are switched off");
+    const std::size_t before = scene.lights.size();
+    const std::size_t shining = options.emitters ? add_emitter_lights(scene, meshes) : 0;
+    open_bulbs(scene, meshes);
+    if (shining > 0)
+        scene.remarks.push_back(std::to_string(shining) + " surfaces that shine light the scene, as " +
+                                std::to_string(scene.lights.size() - before) +
+                                " lamps of their power (--emitters off: as none)");
+    scene.has_own_lights = !scene.lights.empty() || switched_off > 0;
+    if (!scene.has_own_lights) {
         add_light_rig(scene);
         scene.remarks.push_back("the file has no lights: " + std::to_string(scene.lights.size()) +
                                 " point lights added around and above");
-    } else {
-        adjust_exposure(scene);
     }
 }
 
-void import_camera(const aiScene& source, const std::vector<PlacedNode>& nodes, Scene& scene) {
-    const glm::vec3 centre = bounds_of(scene).centre();
-    for (unsigned i = 0; i < source.mNumCameras; ++i) {
-        const aiCamera& camera = *source.mCameras[i];
-        const auto place = std::find_if(nodes.begin(), nodes.end(), [&](const PlacedNode& placed) {
-            return placed.node->mName == camera.mName;
-        });
-        if (place != nodes.end() && camera.mHorizontalFOV > 0.0f) {
-            scene.camera = convert_camera(camera, place->to_world, centre);
-            if (source.mNumCameras > 1) {
-                scene.remarks.push_back("the file has " + std::to_string(source.mNumCameras) +
-                                        " cameras: the view is '" + camera.mName.C_Str() + "'");
-            }
-            return;
-        }
+Camera converted(const ModelCamera& source, const Scene& scene, glm::vec3 centre) {
+    Camera camera;
+    camera.eye = glm::vec3{source.eye - scene.origin};
+    const glm::vec3 ahead{glm::normalize(source.ahead)};
+    camera.up = glm::vec3{glm::normalize(source.up)};
+    const float distance = glm::dot(centre - camera.eye, ahead);
+    camera.target = camera.eye + (distance > 0.0f ? distance : 1.0f) * ahead;
+    if (source.vertical_field_of_view > 0.0f)
+        camera.vertical_field_of_view = source.vertical_field_of_view;
+    camera.orthographic_height = source.orthographic_height;
+    return camera;
+}
+
+/// Throws for a camera that sees nothing.
+void check(const ModelCamera& camera, const fs::path& file) {
+    const auto problem = [&](const std::string& what) {
+        fail(file, "camera '" + camera.name + "' " + what);
+    };
+    if (!(glm::length(camera.eye) < static_cast<double>(farthest_coordinate)))
+        problem("is too far away to see anything: " + in_brackets(camera.eye));
+    if (!(glm::length(glm::cross(camera.ahead, camera.up)) > 0.0) ||
+        !std::isfinite(glm::length(camera.ahead)))
+        problem("looks nowhere");
+    const float angle = camera.vertical_field_of_view;
+    if (camera.orthographic_height == 0.0f && !(angle > 0.0f && angle < 3.14159f))
+        problem("has the vertical angle " + std::to_string(angle) + " in radians");
+    if (!(camera.orthographic_height >= 0.0f) || !std::isfinite(camera.orthographic_height))
+        problem("shows a height of " + std::to_string(camera.orthographic_height));
+}
+
+/// The camera that the user asks for; otherwise the first.
+std::size_t chosen_camera(const fs::path& file, const Model& model, const std::string& wanted) {
+    if (wanted.empty())
+        return 0;
+    for (std::size_t i = 0; i < model.cameras.size(); ++i)
+        if (model.cameras[i].name == wanted)
+            return i;
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
+    if (error == std::errc() && end == wanted.data() + wanted.size() && number < model.cameras.size())
+        return number;
+    std::string names;
+    for (std::size_t i = 0; i < model.cameras.size(); ++i)
+        names += (i == 0 ? "" : ", ") + std::to_string(i) + " '" + model.cameras[i].name + "'";
+    fail(file, "there is no camera '" + wanted + "'; " +
+                   (names.empty() ? "the file has none" : "there are " + names));
+}
+
+void import_camera(const fs::path& file, const Model& model, const ImportOptions& options, Scene& scene) {
+    for (const ModelCamera& camera : model.cameras)
+        scene.cameras.push_back(camera.name);
+    const std::size_t chosen = chosen_camera(file, model, options.camera);
+    if (model.cameras.empty()) {
+        scene.has_own_camera = false;
+        const bool z_is_up = options.z_is_up && extension_of(file) != ".gltf" && extension_of(file) != ".glb";
+        scene.camera = view_of_all(scene, z_is_up ? glm::vec3{0, 0, 1} : glm::vec3{0, 1, 0});
+        scene.remarks.emplace_back(std::string("the file has no camera: seen from the front, with ") +
+                                   (z_is_up ? "+z" : "+y") + " up");
+        return;
     }
-    // All three formats are used with +y up; only glTF says so.
-    scene.camera = view_of_all(scene, {0, 1, 0});
-    scene.remarks.emplace_back("the file has no camera: seen from the front, with +y up");
+    check(model.cameras[chosen], file);
+    scene.camera = converted(model.cameras[chosen], scene, bounds_of(scene).centre());
+    if (model.cameras.size() > 1 && options.camera.empty())
+        scene.remarks.push_back("the file has " + std::to_string(model.cameras.size()) +
+                                " cameras: the view is '" + model.cameras[chosen].name +
+                                "'; --camera takes another by its name or number");
 }
 
 }  // namespace
 
-Scene import_scene(const fs::path& file) {
+Scene import_scene(const fs::path& file, const ImportOptions& options) {
     check_file(file);
-    const LogCapture log;
-    Assimp::Importer importer;
-    const aiScene& source = read(importer, file, log);
-    std::vector<PlacedNode> nodes;
-    collect_nodes(*source.mRootNode, aiMatrix4x4{}, nodes);
-
+    Model model = read_model(file);
     Scene scene;
     scene.name = file.stem().string();
-    import_triangles(file, source, nodes, scene);
-    import_materials(source, log, scene);
-    import_vertex_colours(source, scene);
-    import_camera(source, nodes, scene);
-    import_lights(source, nodes, scene);
+    scene.is_file = true;
+    scene.mesh_count = model.meshes.size();
+    scene.remarks = std::move(model.notes);
+    scene.materials = std::move(model.materials);
+    const std::vector<TriangleRange> meshes = import_triangles(file, model, scene);
+    import_textures(model, scene);
+    import_camera(file, model, options, scene);
+    import_lights(model, meshes, options, scene);
     scene.background = {0.05f, 0.06f, 0.08f};
     scene.ambient = glm::vec3{0.06f};
     scene.radius = radius_share * bounds_of(scene).diagonal();

@@ -10,7 +10,7 @@ const std::vector<std::string>& built_in_scenes() {
     return names;
 }
 
-Scene load_scene(const std::string& name_or_file) {
+Scene load_scene(const std::string& name_or_file, const ImportOptions& options) {
     if (name_or_file == "park") {
         return make_park();
     }
@@ -20,7 +20,7 @@ Scene load_scene(const std::string& name_or_file) {
     if (name_or_file == "rooms") {
         return make_rooms();
     }
-    return import_scene(name_or_file);
+    return import_scene(name_or_file, options);
 }
 
 std::vector<std::uint32_t> indices_of(const Scene& scene) {

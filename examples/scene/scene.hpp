@@ -1,16 +1,45 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "image/texture.hpp"
+
 #include <lightmesh/lights.hpp>
 
+#include <glm/mat3x2.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace demo {
+
+/// A texture as a material uses it.
+struct TextureMap {
+    std::int32_t texture = -1;      ///< number in Scene::textures; -1: none
+    std::uint32_t coordinates = 0;  ///< which of Scene::texture_coordinates, 0 or 1
+    Wrap wrap_u = Wrap::repeat;
+    Wrap wrap_v = Wrap::repeat;
+    glm::mat3x2 transform{1, 0, 0, 1, 0, 0};  ///< of (u, v, 1)
+};
+
+/// What a surface does where its base colour is not opaque.
+enum class AlphaMode : std::uint32_t {
+    opaque,  ///< alpha does not count
+    mask,    ///< there is no surface where alpha is below the cutoff
+    blend    ///< light passes by 1 - alpha
+};
+
+/// What of a shadow ray a surface stops.
+enum class ShadowBy : std::uint32_t {
+    surface,  ///< all, also if it is of glass
+    opacity,  ///< what it does not let through
+    nothing
+};
 
 /// What a surface does with light: Lambert and Blinn-Phong for Omega of equation (1), and Whitted's k_s and
 /// k_t.
@@ -23,6 +52,16 @@ struct Material {
     float k_t = 0.0f;  ///< share of the refracted ray, 0..1
     float refraction_index = 1.5f;
     glm::vec3 emission{0.0f};
+
+    float metallic = 0.0f;  ///< share in which `specular` has the colour of the texture
+    float opacity = 1.0f;   ///< alpha, by which that of texture and vertices is multiplied
+    AlphaMode alpha_mode = AlphaMode::opaque;
+    float alpha_cutoff = 0.5f;
+    TextureMap base_map{};      ///< multiplies `diffuse` and `opacity`
+    TextureMap opacity_map{};   ///< its red channel multiplies `opacity`
+    TextureMap emission_map{};  ///< multiplies `emission`
+    bool is_unlit = false;      ///< `emission` is a colour as drawn, and no light
+    ShadowBy shadow = ShadowBy::surface;
 };
 
 /// A light with what the light mesh does not need to know: its strength.
@@ -32,6 +71,10 @@ struct SceneLight {
                                 ///< directional: as is
     float inner_cone =
         0.0f;  ///< spot lights: half angle in radians up to which the light is at full strength
+    /// Point lights: the normal of the patch of a surface that shines, with a strength that falls off by the
+    /// cosine to it on both sides; 0: in all directions alike.
+    glm::vec3 facing{0.0f};
+    std::string name{};  ///< as the file has it; empty: none
 };
 
 struct Camera {
@@ -39,6 +82,7 @@ struct Camera {
     glm::vec3 target{0.0f};
     glm::vec3 up{0.0f, 0.0f, 1.0f};
     float vertical_field_of_view = 0.7853982f;  ///< radians
+    float orthographic_height = 0.0f;           ///< of the picture in world units; 0: a perspective view
 };
 
 struct Triangle {
@@ -51,15 +95,32 @@ struct Scene {
     std::string name;
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;  ///< per vertex, for shading only; empty: flat
+    std::vector<glm::vec4> colours;  ///< per vertex, linear, with alpha; empty: white
+    std::array<std::vector<glm::vec2>, 2> texture_coordinates;  ///< per vertex; empty: none
     std::vector<Triangle> triangles;
     std::vector<Material> materials;
+    std::vector<Texture> textures;
     std::vector<SceneLight> lights;
     Camera camera;
+    glm::dvec3 origin{0.0};  ///< where the file has what lies at 0 here
     glm::vec3 ambient{0.05f};
     glm::vec3 background{0.0f};
-    float radius = 1.0f;               ///< a good r for a light mesh here
-    float quality = 4.0f;              ///< and a good q
+    float exposure = 1.0f;  ///< factor of all values of a picture
+    float radius = 1.0f;    ///< a good r for a light mesh here
+    float quality = 4.0f;   ///< and a good q
+    bool is_file = false;   ///< read from a file, not built in
+    bool has_own_camera = true;
+    bool has_own_lights = true;
+    std::vector<std::string> cameras;  ///< names of all cameras of the file
+    std::size_t mesh_count = 0;        ///< as the file counts
     std::vector<std::string> remarks;  ///< what the user should be told: a light rig added, textures left out
+};
+
+/// What a user may wish from a file.
+struct ImportOptions {
+    std::string camera;    ///< by its name, or its number from 0; empty: the first one
+    bool emitters = true;  ///< whether surfaces that shine become lights
+    bool z_is_up = false;  ///< of OBJ and PLY, which do not say; else +y
 };
 
 /// The built-in scenes, always the same to the last bit: `spheres` 2,028 triangles, `park` 145,970 triangles,
@@ -80,10 +141,10 @@ const std::vector<std::string>& built_in_scenes();
 /// Reads OBJ, glTF/GLB or PLY. Throws std::runtime_error that names the file and what is wrong with it: not
 /// there, no triangles, NaN vertices, an unknown format. A file without lights or camera gets a rig and a
 /// view, and a remark.
-Scene import_scene(const std::filesystem::path& file);
+Scene import_scene(const std::filesystem::path& file, const ImportOptions& options = {});
 
 /// A built-in scene by its name, or a file.
-Scene load_scene(const std::string& name_or_file);
+Scene load_scene(const std::string& name_or_file, const ImportOptions& options = {});
 
 /// Replaces the lights by `count` point lights spread evenly over the scene, of the same total strength;
 /// deterministic.

@@ -33,7 +33,9 @@ void print_recommendation(const Report& report) {
 
 /// The program's exit status.
 int tune_and_report(const TuneOptions& options) {
-    const Scene scene = load_scene(options.scene, options.lights);
+    const Scene scene = show_scene(options);
+    for (const float radius : options.radii)
+        check_radius(radius, scene);
     const std::filesystem::path folder = options.output.empty() ? "tune-" + scene.name : options.output;
     const std::filesystem::path json_file = folder / "report.json";
     if (options.resume && !std::filesystem::exists(json_file))

@@ -84,6 +84,11 @@ void add_wishes(CLI::App& program, TuneOptions& options) {
                 options.wishes.bytes = static_cast<double>(bytes);
             },
             "at most so much for the mesh of a frame: 500MB")
+        ->transform(CLI::Validator(
+            [](const std::string& text) {
+                return text.find('-') == std::string::npos ? std::string() : text + " is no amount of memory";
+            },
+            ""))
         ->transform(CLI::AsSizeValue(true));
     program.add_flag_callback(
         "--warm", [&options] { options.wishes.frame = tune::Frame::later; },
@@ -100,7 +105,7 @@ void add_choices(CLI::App& program, TuneOptions& options) {
     program.add_option("-q,--quality", options.qualities, "qualities to try; default: 2,3,4,6")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::Range(1.0f, 16.0f));
+        ->check(finite_range(1.0f, 16.0f));
     program.add_option("--short-test", options.short_tests, "short tests to try; default: all")
         ->delimiter(',')
         ->allow_extra_args(false)
@@ -218,10 +223,7 @@ std::vector<tune::Candidate> choose_candidates(const TuneOptions& options, const
 }
 
 void add_tune_options(CLI::App& program, TuneOptions& options) {
-    program.add_option("scene", options.scene, "park, spheres, rooms, or a file: OBJ, glTF, GLB, PLY")
-        ->required();
-    program.add_option("--lights", options.lights, "spread so many point lights over the scene, for its own")
-        ->check(CLI::Range(1, 1000000));
+    add_file_options(program, options);
     add_wishes(program, options);
     add_choices(program, options);
     add_measurement(program, options);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "render/open_scene.hpp"
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
 
@@ -15,9 +16,7 @@
 namespace demo {
 
 /// What the command line of `lightmesh-tune` can ask for.
-struct TuneOptions {
-    std::string scene;
-    std::size_t lights = 0;  ///< 0: the scene's own
+struct TuneOptions : SceneOptions {
     // Empty: chosen by the program.
     std::vector<float> radii;
     std::vector<float> qualities;

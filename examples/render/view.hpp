@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "scene/scene.hpp"
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <cmath>
+
+namespace demo {
+
+/// Rays through the pixels of a picture.
+class View {
+public:
+    View(const Camera& camera, int width, int height) : width_(width), height_(height), eye_(camera.eye) {
+        forward_ = glm::normalize(camera.target - camera.eye);
+        const glm::vec3 right = glm::normalize(glm::cross(forward_, camera.up));
+        is_orthographic_ = camera.orthographic_height > 0.0f;
+        const float half = is_orthographic_ ? 0.5f * camera.orthographic_height
+                                            : std::tan(0.5f * camera.vertical_field_of_view);
+        right_ = right * (half * static_cast<float>(width) / static_cast<float>(height));
+        up_ = glm::cross(right, forward_) * half;
+    }
+
+    // (column, row) in pixels, row 0 on top.
+
+    glm::vec3 origin(float column, float row) const {
+        return is_orthographic_ ? eye_ + aside(column, row) : eye_;
+    }
+    glm::vec3 direction(float column, float row) const {
+        return is_orthographic_ ? forward_ : glm::normalize(forward_ + aside(column, row));
+    }
+
+private:
+    glm::vec3 aside(float column, float row) const {
+        const float x = 2.0f * column / static_cast<float>(width_) - 1.0f;
+        const float y = 1.0f - 2.0f * row / static_cast<float>(height_);
+        return x * right_ + y * up_;
+    }
+
+    bool is_orthographic_;
+    int width_;
+    int height_;
+    glm::vec3 eye_;
+    glm::vec3 forward_;
+    glm::vec3 right_;
+    glm::vec3 up_;
+};
+
+}  // namespace demo

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+#include "emitters.hpp"
+
+#include "light_rig.hpp"
+#include "surface.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace demo {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+/// Patches wider than this share of the scene's diagonal get four lamps.
+constexpr float small_patch = 0.02f;
+/// A piece of more patches is no box: it is taken as round.
+constexpr std::size_t most_patches = 6;
+
+bool shines(const Material& material) {
+    return !material.is_unlit && material.emission != glm::vec3{0.0f};
+}
+
+std::array<glm::vec3, 3> corners(const Scene& scene, std::size_t t) {
+    const auto& vertex = scene.triangles[t].vertex;
+    return {scene.positions[vertex[0]], scene.positions[vertex[1]], scene.positions[vertex[2]]};
+}
+
+/// A part of a triangle with the light it gives.
+struct Sample {
+    glm::vec3 position;
+    glm::vec3 normal;
+    glm::vec3 power;  ///< radiance times area
+};
+
+float sum_of(glm::vec3 v) {
+    return v.r + v.g + v.b;
+}
+
+/// Four parts of a triangle.
+void add_samples(const Scene& scene, std::size_t t, std::vector<Sample>& samples) {
+    constexpr float third = 1.0f / 3.0f;
+    constexpr std::array<std::array<float, 2>, 4> places{{{third, third},
+                                                          {1.0f / 6.0f, 1.0f / 6.0f},
+                                                          {2.0f * third, 1.0f / 6.0f},
+                                                          {1.0f / 6.0f, 2.0f * third}}};
+    const auto [a, b, c] = corners(scene, t);
+    const glm::vec3 normal = glm::cross(b - a, c - a);
+    const float twice_area = glm::length(normal);
+    if (!(twice_area > 0.0f))
+        return;
+    for (const auto& [u, v] : places) {
+        const Surface surface = surface_at(scene, t, u, v);
+        samples.push_back({(1.0f - u - v) * a + u * b + v * c, normal / twice_area,
+                           surface.emission * (twice_area / 8.0f)});
+    }
+}
+
+/// Samples that lie in one plane.
+struct Patch {
+    glm::vec3 normal;
+    float height;
+    std::vector<Sample> samples;
+};
+
+/// Sorts samples by their planes; no more than `most_patches`, else nothing.
+std::optional<std::vector<Patch>> patches_of(const std::vector<Sample>& samples, float thickness) {
+    std::vector<Patch> patches;
+    for (const Sample& sample : samples) {
+        const auto fits = [&](const Patch& patch) {
+            return std::abs(glm::dot(patch.normal, sample.normal)) > 0.98f &&
+                   std::abs(glm::dot(patch.normal, sample.position) - patch.height) < thickness;
+        };
+        auto found = std::ranges::find_if(patches, fits);
+        if (found == patches.end()) {
+            if (patches.size() == most_patches)
+                return std::nullopt;
+            patches.push_back({sample.normal, glm::dot(sample.normal, sample.position), {}});
+            found = patches.end() - 1;
+        }
+        found->samples.push_back(sample);
+    }
+    return patches;
+}
+
+struct Extent {
+    glm::vec3 low;
+    glm::vec3 high;
+    float size() const { return glm::length(high - low); }
+};
+
+Extent extent_of(const std::vector<Sample>& samples) {
+    Extent extent{samples.front().position, samples.front().position};
+    for (const Sample& sample : samples) {
+        extent.low = glm::min(extent.low, sample.position);
+        extent.high = glm::max(extent.high, sample.position);
+    }
+    return extent;
+}
+
+/// Two axes in a plane, the first along the longer side of the samples' box.
+std::array<glm::vec3, 2> axes_of(const Patch& patch) {
+    const Extent extent = extent_of(patch.samples);
+    glm::vec3 along = extent.high - extent.low;
+    int longest = along.x >= along.y && along.x >= along.z ? 0 : along.y >= along.z ? 1 : 2;
+    glm::vec3 axis{0.0f};
+    axis[longest] = 1.0f;
+    const glm::vec3 first = glm::normalize(axis - glm::dot(axis, patch.normal) * patch.normal);
+    return {first, glm::cross(patch.normal, first)};
+}
+
+SceneLight lamp_at(glm::vec3 position, glm::vec3 intensity, glm::vec3 facing, const std::string& name) {
+    SceneLight light;
+    light.shape = lightmesh::PointLight{position};
+    light.intensity = intensity;
+    light.facing = facing;
+    light.name = name;
+    return light;
+}
+
+/// A patch as lamps in its plane: a quarter of it each, if it is large.
+void add_patch(const Patch& patch, float diagonal, const std::string& name, std::vector<SceneLight>& lights) {
+    const auto [right, up] = axes_of(patch);
+    const bool is_small = extent_of(patch.samples).size() < small_patch * diagonal;
+    glm::vec2 low{INFINITY};
+    glm::vec2 high{-INFINITY};
+    for (const Sample& sample : patch.samples) {
+        const glm::vec2 place{glm::dot(sample.position, right), glm::dot(sample.position, up)};
+        low = glm::min(low, place);
+        high = glm::max(high, place);
+    }
+    struct Part {
+        glm::vec3 power{0.0f};
+        glm::vec3 weighted{0.0f};
+        float weight = 0.0f;
+    };
+    std::array<Part, 4> parts;
+    for (const Sample& sample : patch.samples) {
+        const glm::vec2 place{glm::dot(sample.position, right), glm::dot(sample.position, up)};
+        const glm::vec2 middle = 0.5f * (low + high);
+        const std::size_t quarter =
+            is_small ? 0 : (place.x > middle.x ? 1u : 0u) + (place.y > middle.y ? 2u : 0u);
+        const float weight = sum_of(sample.power);
+        parts[quarter].power += sample.power;
+        parts[quarter].weighted += weight * sample.position;
+        parts[quarter].weight += weight;
+    }
+    // Radiance L and area A give the intensity L A cos; pictures take intensities as divided by pi, since
+    // surfaces reflect their colour, not a share of 1 / pi of it.
+    for (const Part& part : parts)
+        if (part.weight > 0.0f)
+            lights.push_back(lamp_at(part.weighted / part.weight, part.power / static_cast<float>(pi),
+                                     patch.normal, name));
+}
+
+/// A convex piece shows a quarter of its surface to each side.
+void add_round(const std::vector<Sample>& samples, const std::string& name, std::vector<SceneLight>& lights) {
+    glm::vec3 power{0.0f};
+    glm::vec3 weighted{0.0f};
+    float weight = 0.0f;
+    for (const Sample& sample : samples) {
+        power += sample.power;
+        weighted += sum_of(sample.power) * sample.position;
+        weight += sum_of(sample.power);
+    }
+    lights.push_back(lamp_at(weighted / weight, power / static_cast<float>(4.0 * pi), glm::vec3{0.0f}, name));
+}
+
+/// Joins what touches.
+class Pieces {
+public:
+    explicit Pieces(std::size_t count) : parent_(count) {
+        std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+    }
+    std::size_t find(std::size_t i) {
+        while (parent_[i] != i)
+            i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void join(std::size_t a, std::size_t b) { parent_[find(a)] = find(b); }
+
+private:
+    std::vector<std::size_t> parent_;
+};
+
+struct PositionHash {
+    std::size_t operator()(const glm::vec3& p) const {
+        std::uint64_t hash = 14695981039346656037ULL;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float value = p[axis] + 0.0f;  // -0 is 0
+            std::uint32_t bits = 0;
+            std::memcpy(&bits, &value, sizeof bits);
+            hash = (hash ^ bits) * 1099511628211ULL;
+        }
+        return hash;
+    }
+};
+
+/// The triangles of a mesh that shine, by pieces that touch.
+std::vector<std::vector<std::size_t>> shining_pieces(const Scene& scene, TriangleRange mesh) {
+    std::vector<std::size_t> shining;
+    for (std::size_t t = mesh.first; t < mesh.last; ++t)
+        if (shines(scene.materials[scene.triangles[t].material]))
+            shining.push_back(t);
+    Pieces pieces(shining.size());
+    std::unordered_map<glm::vec3, std::size_t, PositionHash> owners;
+    for (std::size_t i = 0; i < shining.size(); ++i)
+        for (const glm::vec3& corner : corners(scene, shining[i]))
+            pieces.join(i, owners.emplace(corner, i).first->second);
+    std::map<std::size_t, std::vector<std::size_t>> sorted;
+    for (std::size_t i = 0; i < shining.size(); ++i)
+        sorted[pieces.find(i)].push_back(shining[i]);
+    std::vector<std::vector<std::size_t>> result;
+    for (auto& [root, triangles] : sorted)
+        result.push_back(std::move(triangles));
+    return result;
+}
+
+/// The solid angle of a triangle seen from a point, signed by its side (van Oosterom and Strackee, "The Solid
+/// Angle of a Plane Triangle", 1983).
+double solid_angle(const std::array<glm::vec3, 3>& triangle, glm::vec3 from) {
+    const glm::dvec3 a = glm::dvec3(triangle[0]) - glm::dvec3(from);
+    const glm::dvec3 b = glm::dvec3(triangle[1]) - glm::dvec3(from);
+    const glm::dvec3 c = glm::dvec3(triangle[2]) - glm::dvec3(from);
+    const double la = glm::length(a);
+    const double lb = glm::length(b);
+    const double lc = glm::length(c);
+    const double volume = glm::dot(a, glm::cross(b, c));
+    return 2.0 *
+           std::atan2(volume, la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
+}
+
+std::optional<glm::vec3> position_of(const SceneLight& light) {
+    if (const auto* lamp = std::get_if<lightmesh::PointLight>(&light.shape))
+        return lamp->position;
+    if (const auto* spot = std::get_if<lightmesh::SpotLight>(&light.shape))
+        return spot->position;
+    return std::nullopt;
+}
+
+/// A copy of a material through which shadow rays pass.
+std::uint32_t open_copy(Scene& scene, std::uint32_t material,
+                        std::map<std::uint32_t, std::uint32_t>& copies) {
+    const auto [found, is_new] = copies.emplace(material, static_cast<std::uint32_t>(scene.materials.size()));
+    if (is_new) {
+        Material copy = scene.materials[material];
+        copy.shadow = ShadowBy::nothing;
+        scene.materials.push_back(std::move(copy));
+    }
+    return found->second;
+}
+
+}  // namespace
+
+std::size_t add_emitter_lights(Scene& scene, std::span<const TriangleRange> meshes) {
+    const float diagonal = bounds_of(scene).diagonal();
+    std::vector<SceneLight> lights;
+    std::size_t count = 0;
+    for (const TriangleRange& mesh : meshes) {
+        for (const std::vector<std::size_t>& piece : shining_pieces(scene, mesh)) {
+            std::vector<Sample> samples;
+            for (const std::size_t t : piece)
+                add_samples(scene, t, samples);
+            std::erase_if(samples, [](const Sample& s) { return !(sum_of(s.power) > 0.0f); });
+            if (samples.empty())
+                continue;
+            ++count;
+            const std::string& name = scene.materials[scene.triangles[piece.front()].material].name;
+            if (const auto patches =
+                    patches_of(samples, 0.01f * extent_of(samples).size() + 1e-6f * diagonal))
+                for (const Patch& patch : *patches)
+                    add_patch(patch, diagonal, name, lights);
+            else
+                add_round(samples, name, lights);
+        }
+    }
+    std::ranges::stable_sort(lights, [](const SceneLight& a, const SceneLight& b) {
+        return sum_of(a.intensity) > sum_of(b.intensity);
+    });
+    if (lights.size() > most_emitter_lights) {
+        const auto total = [](std::span<const SceneLight> some) {
+            double sum = 0.0;
+            for (const SceneLight& light : some)
+                sum += static_cast<double>(sum_of(light.intensity));
+            return sum;
+        };
+        const double all = total(lights);
+        lights.resize(most_emitter_lights);
+        const auto factor = static_cast<float>(all / total(lights));
+        for (SceneLight& light : lights)
+            light.intensity *= factor;
+    }
+    scene.lights.insert(scene.lights.end(), lights.begin(), lights.end());
+    return count;
+}
+
+void open_bulbs(Scene& scene, std::span<const TriangleRange> meshes) {
+    std::map<std::uint32_t, std::uint32_t> copies;
+    for (const TriangleRange& mesh : meshes) {
+        for (const std::vector<std::size_t>& piece : shining_pieces(scene, mesh)) {
+            const bool is_around_a_lamp = std::ranges::any_of(scene.lights, [&](const SceneLight& light) {
+                const auto lamp = position_of(light);
+                if (!lamp || light.facing != glm::vec3{0.0f})
+                    return false;
+                double seen = 0.0;
+                for (const std::size_t t : piece)
+                    seen += solid_angle(corners(scene, t), *lamp);
+                return std::abs(seen) > 2.0 * pi;
+            });
+            if (is_around_a_lamp)
+                for (const std::size_t t : piece)
+                    scene.triangles[t].material = open_copy(scene, scene.triangles[t].material, copies);
+        }
+    }
+}
+
+}  // namespace demo

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "scene.hpp"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace demo {
+
+/// What readers of files find, in world space and in doubles, before it is checked and becomes a Scene.
+
+struct ModelMesh {
+    std::string name;  ///< as errors call it: by node and mesh
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::vec3> normals;  ///< empty: flat
+    std::array<std::vector<glm::vec2>, 2> texture_coordinates;
+    std::vector<glm::vec4> colours;
+    std::vector<std::uint32_t> indices;  ///< three a triangle
+    std::uint32_t material = 0;
+};
+
+struct ModelLight {
+    enum class Kind : std::uint32_t { point, directional, spot };
+
+    std::string name;
+    Kind kind = Kind::point;
+    glm::dvec3 position{0.0};
+    glm::dvec3 axis{0.0, 0.0, -1.0};  ///< from the light outwards; any length
+    glm::vec3 intensity{1.0f};
+    float range = std::numeric_limits<float>::infinity();
+    float inner_cone = 0.0f;
+    float outer_cone = 0.7853982f;
+};
+
+struct ModelCamera {
+    std::string name;
+    glm::dvec3 eye{0.0};
+    glm::dvec3 ahead{0.0, 0.0, -1.0};
+    glm::dvec3 up{0.0, 1.0, 0.0};
+    float vertical_field_of_view = 0.0f;  ///< radians; 0: orthographic
+    float orthographic_height = 0.0f;
+};
+
+/// A picture as the file has it.
+struct ModelImage {
+    std::string name;
+    std::vector<std::uint8_t> encoded;  ///< empty: `problem` says why
+    std::string problem;
+};
+
+struct Model {
+    std::vector<ModelMesh> meshes;
+    std::vector<Material> materials;
+    std::vector<ModelImage> images;
+    std::vector<ModelLight> lights;
+    std::vector<ModelCamera> cameras;
+    std::vector<std::string> notes;
+};
+
+/// Readers throw std::exception with what is wrong, without the file's name.
+Model read_gltf(const std::filesystem::path& file);
+/// OBJ and PLY.
+Model read_by_assimp(const std::filesystem::path& file);
+
+}  // namespace demo
