@@ -21,6 +21,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace lightmesh {
 
@@ -46,7 +47,8 @@ public:
     /// Copies adapter and lights. Any number of lights, also none. Throws std::invalid_argument that names
     /// the value for settings out of range and lights that are not finite.
     LightMesh(Tracer tracer, std::span<const Light> lights, const Settings& settings)
-        : store_(std::make_unique<const Store>(std::move(tracer), lights, settings)) {}
+        : store_(std::make_unique<const Store>(std::move(tracer), lights, settings)),
+          lights_(lights.begin(), lights.end()) {}
 
     /// The same with long tests by something else than rays. `source` is either a `DepthRenderer`, for shadow
     /// maps (LMM+ATK): nothing is rendered before a query needs it. Throws std::invalid_argument also for a
@@ -57,10 +59,15 @@ public:
     template <class Source>
     LightMesh(Tracer tracer, Source source, std::span<const Light> lights, const Settings& settings)
         : store_(std::make_unique<const Store>(std::move(tracer), lights, settings, std::move(source), lights,
-                                               settings)) {}
+                                               settings)),
+          lights_(lights.begin(), lights.end()) {}
 
     /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return store_->lights().size(); }
+    /// As they were passed in.
+    std::span<const Light> lights() const { return lights_; }
+    /// The mesh's copy of the adapter.
+    const Tracer& tracer() const { return store_->tracer(); }
     /// Where the light points lie.
     const Grid& grid() const { return store_->grid(); }
     /// As they were passed in.
@@ -116,6 +123,7 @@ private:
     }
 
     std::unique_ptr<const Store> store_;
+    std::vector<Light> lights_;
 };
 
 /// Long tests by rays, lights from any contiguous range.
