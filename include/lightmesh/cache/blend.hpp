@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/taps.hpp>
 
@@ -18,13 +19,17 @@ inline constexpr std::uint32_t one_value = 255u * 256u;
 /// The visibilities of a tile of lights on their way from level to level: for each light what is found, and
 /// how much of one_weight is left for finer levels.
 struct Blend {
-    alignas(32) std::array<std::uint32_t, lamps_per_tile> found;
-    alignas(32) std::array<std::uint32_t, lamps_per_tile> left;
+    std::array<Lanes, 8> found;
+    std::array<Lanes, 8> left;
 
+    /// With all of the weight left for some lights, and none for others.
     void start(std::uint64_t lights) {
-        for (std::size_t l = 0; l < lamps_per_tile; ++l) {
-            found[l] = 0;
-            left[l] = (lights >> l & 1u) != 0 ? static_cast<std::uint32_t>(one_weight) : 0u;
+        const Lanes bit{1, 2, 4, 8, 16, 32, 64, 128};
+        for (std::size_t o = 0; o < 8; ++o) {
+            const Lanes zero{};
+            const Lanes octet = zero + static_cast<std::uint32_t>(lights >> 8 * o & 255u);
+            found[o] = zero;
+            left[o] = (octet & bit) != 0 ? zero + static_cast<std::uint32_t>(one_weight) : zero;
         }
     }
 };
@@ -33,7 +38,7 @@ struct Blend {
 /// next level.
 struct BlendLevel {
     std::size_t taps = 0;
-    std::array<TileRow, 8> rows;
+    std::array<const TileRow*, 8> rows;
     std::array<std::uint32_t, 8> weights;
     std::uint32_t force = 0;  ///< least share of the next level, of one_weight
     std::uint32_t fade = static_cast<std::uint32_t>(one_weight);  ///< greatest share of the next level
@@ -51,65 +56,62 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
     std::uint64_t next = 0;
     for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
         const int o = std::countr_zero(octets);
-        std::uint32_t* found = blend.found.data() + 8 * o;
-        std::uint32_t* left = blend.left.data() + 8 * o;
+        Lanes& found = blend.found[static_cast<std::size_t>(o)];
+        Lanes& left = blend.left[static_cast<std::size_t>(o)];
         std::array<std::uint64_t, 8> words;
         std::uint64_t differences = 0;
         for (std::size_t k = 0; k < level.taps; ++k) {
-            words[k] = level.rows[k].octet(o);
+            words[k] = level.rows[k]->octet(o);
             differences |= words[k] ^ words[0];
         }
-        if (level.is_last || (differences == 0 && level.force == 0 && level.probe == nullptr)) {
-            std::array<std::uint32_t, 8> sum{};
-            for (std::size_t k = 0; k < level.taps; ++k)
-                for (std::size_t b = 0; b < 8; ++b)
-                    sum[b] += level.weights[k] * static_cast<std::uint32_t>(words[k] >> 8 * b & 255u);
-            for (std::size_t b = 0; b < 8; ++b) {
-                found[b] += left[b] * ((sum[b] + 64) >> 7);
-                left[b] = 0;
-            }
+        const std::uint64_t probed = level.probe != nullptr ? level.probe->octet(o) : words[0];
+        if (differences == 0 && (level.is_last || (level.force == 0 && probed == words[0]))) {
+            Lanes bytes;
+            spread_bytes(words[0], bytes);
+            found += left * (bytes << 8);
+            left = Lanes{};
             continue;
         }
-        std::array<std::uint32_t, 8> value{};
-        std::array<std::uint32_t, 8> least;
-        std::array<std::uint32_t, 8> greatest{};
-        least.fill(255);
-        for (std::size_t k = 0; k < level.taps; ++k)
-            for (std::size_t b = 0; b < 8; ++b) {
-                const auto byte = static_cast<std::uint32_t>(words[k] >> 8 * b & 255u);
-                value[b] += level.weights[k] * byte;
-                least[b] = (std::min)(least[b], byte);
-                greatest[b] = (std::max)(greatest[b], byte);
-            }
-        std::array<std::uint32_t, 8> spread{};
-        for (std::size_t b = 0; b < 8; ++b)
-            value[b] = (value[b] + 64) >> 7;
+        Lanes value{};
+        Lanes least = Lanes{} + 255u;
+        Lanes greatest{};
+        std::array<Lanes, 8> bytes;
         for (std::size_t k = 0; k < level.taps; ++k) {
-            const std::uint32_t weight = (std::min)(4 * level.weights[k], static_cast<std::uint32_t>(one_weight));
-            for (std::size_t b = 0; b < 8; ++b) {
-                const auto byte = static_cast<std::uint32_t>(words[k] >> 8 * b & 255u) << 8;
-                const std::uint32_t difference = (std::max)(byte, value[b]) - (std::min)(byte, value[b]);
-                spread[b] = (std::max)(spread[b], weight * difference >> 15);
-            }
+            spread_bytes(words[k], bytes[k]);
+            value += level.weights[k] * bytes[k];
+            least = least < bytes[k] ? least : bytes[k];
+            keep_greater(greatest, bytes[k]);
         }
-        std::uint64_t probed = 0;
-        if (level.probe != nullptr)
-            probed = level.probe->octet(o);
-        for (std::size_t b = 0; b < 8; ++b) {
-            const std::uint32_t t = 2 * (std::min)((std::max)(spread[b], low) - low, range);
-            std::uint32_t beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
-            if (level.probe != nullptr) {
-                const auto byte = static_cast<std::uint32_t>(probed >> 8 * b & 255u);
-                const bool missed = (byte == 0 && least[b] > 153) || (byte == 255 && greatest[b] < 102);
-                beta = (std::max)(beta, missed ? level.window : 0u);
-            }
-            beta = (std::max)(beta, level.force) * (level.fade >> 1) >> 14;
-            std::uint32_t rest = left[b] * beta >> 15;
-            rest = rest < 64 ? 0 : rest;
-            found[b] += (left[b] - rest) * value[b];
-            left[b] = rest;
-            next |= static_cast<std::uint64_t>(rest != 0) << (8 * o + static_cast<int>(b));
+        value = (value + 64u) >> 7;
+        if (level.is_last) {
+            found += left * value;
+            left = Lanes{};
+            continue;
         }
+        Lanes spread{};
+        for (std::size_t k = 0; k < level.taps; ++k) {
+            const std::uint32_t weight =
+                (std::min)(4 * level.weights[k], static_cast<std::uint32_t>(one_weight));
+            const Lanes byte = bytes[k] << 8;
+            keep_greater(spread, (byte > value ? byte - value : value - byte) * weight >> 15);
+        }
+        Lanes t = spread > low ? spread - low : Lanes{};
+        t = 2 * (t < range ? t : Lanes{} + range);
+        Lanes beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
+        if (level.probe != nullptr) {
+            Lanes probe;
+            spread_bytes(probed, probe);
+            const auto missed =
+                ((probe == 0) & (least > 153u)) | ((probe == 255u) & (greatest < 102u));
+            keep_greater(beta, missed ? Lanes{} + level.window : Lanes{});
+        }
+        keep_greater(beta, Lanes{} + level.force);
+        beta = beta * (level.fade >> 1) >> 14;
+        Lanes rest = left * beta >> 15;
+        rest = rest < 64u ? Lanes{} : rest;
+        found += (left - rest) * value;
+        left = rest;
+        next |= mask_of(rest) << 8 * o;
     }
     return next & lights;
 }

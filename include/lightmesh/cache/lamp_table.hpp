@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/cache/lamp.hpp>
+#include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/support/check.hpp>
@@ -102,11 +103,13 @@ private:
             }
             std::uint64_t mask = 0;
             for (std::size_t o = 0; o < padded / 8; ++o) {
-                std::uint64_t bytes = 0;
-                for (std::size_t b = 0; b < 8; ++b)
-                    bytes |= static_cast<std::uint64_t>(flags[8 * o + b]) << 8 * b;
-                // Gathers the lowest bits of eight bytes.
-                mask |= (bytes * 0x0102040810204080u >> 56) << 8 * o;
+                std::uint64_t bytes = 0;  // the first flag is the lowest byte, whatever the processor
+                if constexpr (std::endian::native == std::endian::little)
+                    std::memcpy(&bytes, flags.data() + 8 * o, 8);
+                else
+                    for (std::size_t b = 0; b < 8; ++b)
+                        bytes |= static_cast<std::uint64_t>(flags[8 * o + b]) << 8 * b;
+                mask |= gather_low_bits(bytes) << 8 * o;
             }
             if (size < 64)
                 mask &= (std::uint64_t{1} << size) - 1u;

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -63,18 +64,25 @@ private:
         std::array<bool, 4> links;  ///< 0-1, 2-3 along u; 0-2, 1-3 along v
         std::array<Column, 4> columns;
         std::array<Spare, 4> spares;
+        Column probe;
+        Spare probe_spare;
+        std::array<TileRow, 4> rows;
+        TileRow probe_row;
+        bool has_probe;
         bool all_linked() const { return links[0] && links[1] && links[2] && links[3]; }
     };
 
     /// What a level offers to the point.
     struct Taps {
-        bool is_made;
         std::size_t count;
         std::array<const Column*, 8> columns;
+        std::array<TileRow*, 8> rows;
         std::array<std::uint32_t, 8> weights;
         std::array<Column, 4> air;
+        std::array<TileRow, 4> air_rows;
         std::uint32_t force;
-        Column probe;
+        const Column* probe;
+        TileRow* probe_row;
         std::uint32_t window;
     };
 
@@ -85,6 +93,7 @@ private:
         normal_ = unit_or_zero(point.normal);
         store_.lattice().check_inside(point_);
         footprint_ = point.footprint > 0.0f ? static_cast<double>(point.footprint) : 0.0;
+        made_taps_ = 0;
         first_level_ = Lattice::base_level;
         while (first_level_ > 0 && share_of(first_level_) < one_weight)
             --first_level_;
@@ -104,46 +113,54 @@ private:
             std::fill(lit.begin(), lit.end(), 0.0f);
             return;
         }
-        constexpr double whole = static_cast<double>(one_value) * one_weight;
         if (is_zero(normal_)) {
             blend_.start(lights);
             add_exact(tile, lights);
-            write(lit, 1.0 / whole);
+            write(lit);
             return;
         }
         const WeightedWays ways = ways_of(normal_);
         if (ways.count == 1) {
             find_along(ways.ways[0], tile, lights);
-            write(lit, 1.0 / whole);
+            write(lit);
             return;
         }
         std::array<std::uint64_t, lamps_per_tile> sums{};
         for (std::size_t i = 0; i < static_cast<std::size_t>(ways.count); ++i) {
             find_along(ways.ways[i], tile, lights);
             for (std::size_t l = 0; l < lit.size(); ++l)
-                sums[l] += static_cast<std::uint64_t>(blend_.found[l]) *
+                sums[l] += static_cast<std::uint64_t>(blend_.found[l / 8][l % 8]) *
                            static_cast<std::uint64_t>(ways.weights[i]);
         }
+        constexpr double whole = static_cast<double>(one_value) * one_weight * one_weight;
         for (std::size_t l = 0; l < lit.size(); ++l)
-            lit[l] = static_cast<float>(static_cast<double>(sums[l]) / (whole * one_weight));
+            lit[l] = static_cast<float>(static_cast<double>(sums[l]) / whole);
     }
 
-    void write(std::span<float> lit, double scale) const {
-        for (std::size_t l = 0; l < lit.size(); ++l)
-            lit[l] = static_cast<float>(static_cast<double>(blend_.found[l]) * scale);
+    void write(std::span<float> lit) const {
+        constexpr float scale = 1.0f / (static_cast<float>(one_value) * static_cast<float>(one_weight));
+        for (std::size_t first = 0; first < lit.size(); first += 8) {
+            // Below 2^31, so that signed numbers, which are faster, do.
+            const auto found = __builtin_convertvector(blend_.found[first / 8], SignedLanes);
+            const FloatLanes values = __builtin_convertvector(found, FloatLanes) * scale;
+            std::memcpy(lit.data() + first, &values,
+                        sizeof(float) * (std::min)(lit.size() - first, std::size_t{8}));
+        }
     }
 
     void find_along(const Way& way, std::size_t tile, std::uint64_t lights) {
         blend_.start(lights);
-        for (Taps& taps : taps_)
-            taps.is_made = false;
+        if (way.number() != taps_way_)
+            made_taps_ = 0;
+        taps_way_ = way.number();
         for (int level = first_level_; lights != 0; ++level) {
             const int finest = store_.lattice().finest_level();
             const std::int32_t next = level < finest ? share_of(level + 1) : 0;
             const bool is_last = next == 0;
             Taps& taps = taps_[static_cast<std::size_t>(level)];
-            if (!taps.is_made)
+            if ((made_taps_ >> level & 1u) == 0)
                 make_taps(taps, way, level, is_last);
+            made_taps_ |= 1u << level;
             if (taps.count == 0) {
                 if (!is_last)
                     continue;
@@ -155,7 +172,7 @@ private:
             level_.taps = taps.count;
             for (std::size_t k = 0; k < taps.count; ++k) {
                 level_.weights[k] = taps.weights[k];
-                level_.rows[k] = store_.row(*taps.columns[k], tile, lights, row_spares_[k]);
+                level_.rows[k] = &known_row(*taps.rows[k], *taps.columns[k], tile, lights, row_spares_[k]);
             }
             const bool is_exact = is_last && store_.settings().exact_edges;
             level_.is_last = is_last && !is_exact;
@@ -163,8 +180,7 @@ private:
             level_.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
             level_.probe = nullptr;
             if (!is_last && taps.window > 0) {
-                probe_row_ = store_.row(taps.probe, tile, lights, row_spares_[8]);
-                level_.probe = &probe_row_;
+                level_.probe = &known_row(*taps.probe_row, *taps.probe, tile, lights, row_spares_[8]);
                 level_.window = taps.window;
             }
             lights = blend_level(blend_, lights, level_);
@@ -175,14 +191,24 @@ private:
         }
     }
 
+    /// Makes a row know some lights, if it does not yet.
+    const TileRow& known_row(TileRow& row, const Column& column, std::size_t tile, std::uint64_t lights,
+                             Spare& spare) const {
+        if (row.tile != tile || (lights & ~row.known) != 0)
+            row = store_.row(column, tile, lights, spare);
+        return row;
+    }
+
     /// Gives what is left of the lights' weights to rays from the point itself.
     void add_exact(std::size_t tile, std::uint64_t lights) {
         TileValues values{};
         store_.exact(point_, normal_, tile, lights, values);
         for (; lights != 0; lights &= lights - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(lights));
-            blend_.found[l] += blend_.left[l] * (static_cast<std::uint32_t>(values[l]) << 8);
-            blend_.left[l] = 0;
+            Lanes& found = blend_.found[l / 8];
+            Lanes& left = blend_.left[l / 8];
+            found[l % 8] += left[l % 8] * (static_cast<std::uint32_t>(values[l]) << 8);
+            left[l % 8] = 0;
         }
     }
 
@@ -193,11 +219,13 @@ private:
         if (cell.is_made && cell.index == place.index && cell.way.number() == way.number())
             return cell;
         cell.is_made = false;
+        cell.has_probe = false;
         cell.index = place.index;
         cell.way = way;
         bool is_kept = true;
         for (std::size_t k = 0; k < 4; ++k) {
             cell.columns[k] = store_.column(place.index[k], way, level, cell.spares[k]);
+            cell.rows[k].tile = TileRow::no_tile;
             is_kept &= cell.columns[k].links != nullptr;
         }
         const auto linked = [&](std::size_t from, std::size_t to, int direction) {
@@ -237,10 +265,11 @@ private:
                 continue;
             const std::int64_t weight = place.weight[k] + 1;
             if (fits[k] > 0)
-                add_tap(taps, raw, sum, &cell.columns[k], 10 * weight * fits[k]);
+                add_tap(taps, raw, sum, cell.columns[k], cell.rows[k], 10 * weight * fits[k]);
             if (fits[k] < 256) {
                 taps.air[k] = store_.air(place.index[k], way, level, air_spares_[k]);
-                add_tap(taps, raw, sum, &taps.air[k], 3 * weight * (256 - fits[k]));
+                taps.air_rows[k].tile = TileRow::no_tile;
+                add_tap(taps, raw, sum, taps.air[k], taps.air_rows[k], 3 * weight * (256 - fits[k]));
             }
         }
         std::int64_t rest = one_weight;
@@ -258,13 +287,13 @@ private:
             taps.force = static_cast<std::uint32_t>((std::min)(4 * bad, one_weight));
         taps.window = 0;
         if (!is_last && level >= Lattice::base_level && level < Lattice::base_level + probed_levels)
-            place_probe(taps, place, way, level);
-        taps.is_made = true;
+            place_probe(taps, cell, place, way, level);
     }
 
     static void add_tap(Taps& taps, std::array<std::int64_t, 8>& raw, std::int64_t& sum,
-                        const Column* column, std::int64_t weight) {
-        taps.columns[taps.count] = column;
+                        const Column& column, TileRow& row, std::int64_t weight) {
+        taps.columns[taps.count] = &column;
+        taps.rows[taps.count] = &row;
         raw[taps.count++] = weight;
         sum += weight;
     }
@@ -295,19 +324,25 @@ private:
 
     /// What four records miss between them: one ray to each light from the middle of the cell. It has no say
     /// at the cell's border, where the next cell may know nothing of it.
-    void place_probe(Taps& taps, const CellPlace& place, const Way& way, int level) {
+    void place_probe(Taps& taps, Cell& cell, const CellPlace& place, const Way& way, int level) {
         const auto inside = [](float at) {
             return weight_of(static_cast<double>((std::min)(at, 1.0f - at)) / 0.125);
         };
         const std::int32_t window = (std::min)(inside(place.at[0]), inside(place.at[1]));
         if (window == 0)
             return;
-        glm::ivec3 index = place.index[0];
-        for (std::size_t k = 1; k < 4; ++k)
-            if (way.sign > 0.0f ? place.index[k][way.axis] > index[way.axis]
-                                : place.index[k][way.axis] < index[way.axis])
-                index[way.axis] = place.index[k][way.axis];
-        taps.probe = store_.probe(index, way, level, air_spares_[4]);
+        if (!cell.has_probe) {
+            glm::ivec3 index = place.index[0];
+            for (std::size_t k = 1; k < 4; ++k)
+                if (way.sign > 0.0f ? place.index[k][way.axis] > index[way.axis]
+                                    : place.index[k][way.axis] < index[way.axis])
+                    index[way.axis] = place.index[k][way.axis];
+            cell.probe = store_.probe(index, way, level, cell.probe_spare);
+            cell.probe_row.tile = TileRow::no_tile;
+            cell.has_probe = true;
+        }
+        taps.probe = &cell.probe;
+        taps.probe_row = &cell.probe_row;
         taps.window = static_cast<std::uint32_t>(window);
     }
 
@@ -321,11 +356,12 @@ private:
     int first_level_ = Lattice::base_level;
     Blend blend_;
     BlendLevel level_;
-    TileRow probe_row_;
+    std::uint32_t made_taps_ = 0;  ///< one bit for each level
+    std::uint32_t taps_way_ = 0;
     std::array<Taps, Lattice::level_count> taps_;
     std::array<std::array<Cell, 4>, Lattice::level_count> cells_;
     std::array<Spare, 9> row_spares_;
-    std::array<Spare, 5> air_spares_;
+    std::array<Spare, 4> air_spares_;
 };
 
 }  // namespace lightmesh::detail

@@ -16,7 +16,10 @@ inline constexpr std::size_t lamps_per_tile = 64;
 
 /// The visibilities of a tile of lights at one record, as far as they are known.
 struct TileRow {
-    std::uint64_t known = 0;  ///< one bit for each light
+    static constexpr std::size_t no_tile = ~std::size_t{0};
+
+    std::size_t tile = no_tile;  ///< none: the row may change behind this
+    std::uint64_t known = 0;     ///< one bit for each light
     /// Eight bytes each, the first light's in the lowest; null where no light of the octet is known.
     std::array<const std::atomic<std::uint64_t>*, 8> octets{};
 
@@ -43,6 +46,7 @@ public:
 
     TileRow gather(std::size_t tile) const {
         TileRow row;
+        row.tile = tile;
         for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
             const std::atomic<std::uint64_t>* block = pool_.at(at);
             const std::uint64_t header = block[0].load(std::memory_order_relaxed);

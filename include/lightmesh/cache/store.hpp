@@ -158,7 +158,7 @@ public:
         TileRow row;
         if (is_kept) {
             row = RowList(table_.pool(), const_cast<Record*>(column.record)->rows).gather(tile);
-            if ((wanted & ~row.known) == 0) [[likely]]
+            if ((wanted & ~row.known) == 0)
                 return row;
             wanted &= ~row.known;
         }
@@ -180,6 +180,7 @@ public:
             row.octets[o] = &spare.octets[o];
         }
         row.known |= wanted;
+        row.tile = TileRow::no_tile;
         return row;
     }
 

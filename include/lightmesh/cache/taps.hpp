@@ -76,9 +76,8 @@ inline CellPlace place_in_cell(const Lattice& lattice, const glm::vec3& point, c
     // Rounded to float, so that products below are exact.
     const auto fu = static_cast<float>(x[u] - iu);
     const auto fv = static_cast<float>(x[v] - iv);
-    const auto n_u = static_cast<double>(unit_normal[u]);
-    const auto n_v = static_cast<double>(unit_normal[v]);
-    const auto n_a = static_cast<double>(unit_normal[way.axis]);
+    const auto slope_u = static_cast<double>(unit_normal[u] / unit_normal[way.axis]);
+    const auto slope_v = static_cast<double>(unit_normal[v] / unit_normal[way.axis]);
     CellPlace place;
     place.at = {fu, fv};
     for (int k = 0; k < 4; ++k) {
@@ -86,7 +85,7 @@ inline CellPlace place_in_cell(const Lattice& lattice, const glm::vec3& point, c
         const int dv = k >> 1;
         const auto along_u = static_cast<double>(static_cast<float>(du) - fu);
         const auto along_v = static_cast<double>(static_cast<float>(dv) - fv);
-        const double plane = x[way.axis] - (along_u * n_u + along_v * n_v) / n_a;
+        const double plane = x[way.axis] - (along_u * slope_u + along_v * slope_v);
         glm::ivec3& index = place.index[static_cast<std::size_t>(k)];
         index[u] = iu + du;
         index[v] = iv + dv;
@@ -114,8 +113,8 @@ inline Fit fit_of(const glm::vec3& place, const glm::vec3& normal, const glm::ve
     const double before = n.x * way.x + n.y * way.y + n.z * way.z;
     const double behind = m.x * way.x + m.y * way.y + m.z * way.z;
     const double cosine = n.x * m.x + n.y * m.y + n.z * m.z;
-    const double near_plane = (0.45 - std::abs(before) / step) / 0.2;
-    const double similar = (cosine - 0.65) / 0.1;
+    const double near_plane = (0.45 * step - std::abs(before)) * (5.0 / step);
+    const double similar = (cosine - 0.65) * 10.0;
     Fit fit;
     fit.share = static_cast<std::int32_t>(256.0 * std::clamp(near_plane, 0.0, 1.0)) *
                     static_cast<std::int32_t>(256.0 * std::clamp(similar, 0.0, 1.0)) >>
