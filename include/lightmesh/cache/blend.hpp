@@ -58,7 +58,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         const int o = std::countr_zero(octets);
         Lanes& found = blend.found[static_cast<std::size_t>(o)];
         Lanes& left = blend.left[static_cast<std::size_t>(o)];
-        std::array<std::uint64_t, 8> words;
+        std::array<std::uint64_t, 8> words{};
         std::uint64_t differences = 0;
         for (std::size_t k = 0; k < level.taps; ++k) {
             words[k] = level.rows[k]->octet(o);
