@@ -4,13 +4,12 @@
 // packets: errors, times and bytes of a frame of 1920x1440 points, on one thread.
 
 #include "embree_rays.hpp"
-#include "shading_points.hpp"
-#include "surface_end.hpp"
-
 #include "render/embree_scene.hpp"
 #include "render/text_table.hpp"
 #include "scene/random.hpp"
 #include "scene/scene.hpp"
+#include "shading_points.hpp"
+#include "surface_end.hpp"
 
 #include <lightmesh/visibility_cache.hpp>
 
@@ -254,9 +253,10 @@ private:
                         reference = share(1024);
                         other = share(1024);
                     }
-                    RTCRay ray = make_ray(from, from + (std::max)(0.3f, 1.0f - 1.15f * which_.lamp_radius /
-                                                                                 glm::distance(from, at_[l])) *
-                                                           (at_[l] - from));
+                    RTCRay ray =
+                        make_ray(from, from + (std::max)(0.3f, 1.0f - 1.15f * which_.lamp_radius /
+                                                                          glm::distance(from, at_[l])) *
+                                                  (at_[l] - from));
                     tracer.trace(ray);
                     const double hard = ray.tfar < 0.0f ? 0.0 : 1.0;
                     const double error = std::abs(static_cast<double>(lit[l]) - reference);
@@ -271,7 +271,8 @@ private:
             }
             seen += points.size();
         }
-        for (double* value : {&sum.mean, &sum.noise, &sum.hard_mean, &sum.lamp_mean, &sum.misses, &sum.hard_misses})
+        for (double* value :
+             {&sum.mean, &sum.noise, &sum.hard_mean, &sum.lamp_mean, &sum.misses, &sum.hard_misses})
             *value /= pairs;
         return sum;
     }

@@ -6,7 +6,6 @@
 #include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
-
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -61,8 +60,8 @@ struct HitTracer {
 };
 
 /// The share of a lamp that is open, by many rays in double: plain, without any pattern of the library.
-double share_of(const std::vector<test::Triangle>& scene, const Light& light, const Vec& point, const Vec& normal,
-                int count, test::Random& random) {
+double share_of(const std::vector<test::Triangle>& scene, const Light& light, const Vec& point,
+                const Vec& normal, int count, test::Random& random) {
     const Vec from = point + 1e-5 * normal;
     int open = 0;
     for (int i = 0; i < count; ++i) {
@@ -100,8 +99,8 @@ struct Errors {
 };
 
 template <class Cache>
-Errors errors_of(const Cache& cache, const std::vector<test::Triangle>& scene, const std::vector<Light>& lights,
-                 const std::vector<test::SurfacePoint>& points) {
+Errors errors_of(const Cache& cache, const std::vector<test::Triangle>& scene,
+                 const std::vector<Light>& lights, const std::vector<test::SurfacePoint>& points) {
     Errors errors;
     double pairs = 0.0;
     test::Random random(77);
@@ -154,9 +153,8 @@ Work boxes(std::uint64_t seed, int points) {
         work.lights.push_back(lightmesh::PointLight{
             .position = glm::vec3(random.in_box({-4.0, -4.0, 2.0}, {4.0, 4.0, 4.5})), .radius = 0.4f});
     work.lights.push_back(lightmesh::DirectionalLight{{0.3f, 0.5f, -1.0f}, 0.05f});
-    work.lights.push_back(lightmesh::RectLight{.position = {0.0f, 0.0f, 4.0f},
-                                               .half_u = {0.0f, 1.0f, 0.0f},
-                                               .half_v = {0.6f, 0.0f, 0.1f}});
+    work.lights.push_back(lightmesh::RectLight{
+        .position = {0.0f, 0.0f, 4.0f}, .half_u = {0.0f, 1.0f, 0.0f}, .half_v = {0.6f, 0.0f, 0.1f}});
     work.points = test::surface_points(random, work.scene, points);
     return work;
 }
@@ -201,7 +199,8 @@ TEST_CASE("visibility cache: without closest_hit records are found by bisection"
     CHECK(cache.statistics().place_rays > 10 * cache.statistics().records);
 }
 
-TEST_CASE("visibility cache: the same bits in any order, on any number of threads, whatever the other lights") {
+TEST_CASE(
+    "visibility cache: the same bits in any order, on any number of threads, whatever the other lights") {
     Work work = boxes(5, 60);
     const CacheSettings settings{.spacing = 0.3f};
     const VisibilityCache one{HitTracer{&work.scene}, work.lights, settings};
@@ -224,7 +223,8 @@ TEST_CASE("visibility cache: the same bits in any order, on any number of thread
                 std::vector<float> all(lights);
                 for (const std::size_t i : order) {
                     many.visibility(work.points[i].position, work.points[i].normal, all);
-                    if (!std::equal(all.begin(), all.end(), expected.begin() + static_cast<std::ptrdiff_t>(i * lights)))
+                    if (!std::equal(all.begin(), all.end(),
+                                    expected.begin() + static_cast<std::ptrdiff_t>(i * lights)))
                         ++wrong;
                 }
             });
@@ -257,10 +257,12 @@ TEST_CASE("visibility cache: no light leaves a closed box") {
         test::add_box(scene, {-1.0, -1.2, 0.0}, {1.3, 1.1, 1.7});
         // A tilted pyramid of its own, walls without thickness.
         const Vec a(3.0, 0.2, 0.0), b(5.0, 0.3, 0.1), c(4.0, 2.1, 0.05), d(4.1, 0.9, 2.0);
-        for (const auto& [p, q, r] : {std::array{a, b, c}, std::array{a, b, d}, std::array{b, c, d}, std::array{c, a, d}})
+        for (const auto& [p, q, r] :
+             {std::array{a, b, c}, std::array{a, b, d}, std::array{b, c, d}, std::array{c, a, d}})
             scene.push_back(test::rounded(p, q, r));
-        const std::vector<Light> lights{lightmesh::PointLight{.position = {0.1f, 0.0f, 0.8f}, .radius = 0.3f},
-                                        lightmesh::PointLight{.position = {4.0f, 0.8f, 0.6f}, .radius = 0.1f}};
+        const std::vector<Light> lights{
+            lightmesh::PointLight{.position = {0.1f, 0.0f, 0.8f}, .radius = 0.3f},
+            lightmesh::PointLight{.position = {4.0f, 0.8f, 0.6f}, .radius = 0.1f}};
         const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = spacing}};
         test::Random random(3);
         const Vec outer(0.1, -0.1, 0.8);
@@ -271,7 +273,8 @@ TEST_CASE("visibility cache: no light leaves a closed box") {
             if (on_floor && point.normal.z < 0.0f)
                 continue;
             // Outer sides of the box look away from its middle.
-            const bool outside = !in_box || (!on_floor && glm::dot(glm::dvec3(point.normal), p - outer) > 0.0);
+            const bool outside =
+                !in_box || (!on_floor && glm::dot(glm::dvec3(point.normal), p - outer) > 0.0);
             if (outside)
                 CHECK(cache.visibility(point.position, point.normal, 0) == 0.0f);
         }
@@ -289,7 +292,8 @@ TEST_CASE("visibility cache: a sheet close over a floor keeps its light to itsel
     for (const double height : {0.01, 0.03, 0.1, 0.24, 0.35}) {
         std::vector<test::Triangle> scene = floor_scene();
         test::add_quad(scene, {-4.0, -4.0, height}, {8.0, 0.0, 0.0}, {0.0, 8.0, 0.0});
-        const std::vector<Light> lights{lightmesh::PointLight{.position = {0.3f, 0.1f, 5.0f}, .radius = 0.5f}};
+        const std::vector<Light> lights{
+            lightmesh::PointLight{.position = {0.3f, 0.1f, 5.0f}, .radius = 0.5f}};
         const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
         test::Random random(9);
         CAPTURE(height);
@@ -311,7 +315,8 @@ TEST_CASE("visibility cache: a slow walk meets no step") {
         const glm::vec3 normal(glm::normalize(Vec(-slope, 0.0, 1.0)));
         std::vector<test::Triangle> tilted = scene;
         if (slope > 0.0)
-            test::add_quad(tilted, {-8.0, -8.0, -8.0 * slope - 1.0}, {16.0, 0.0, 16.0 * slope}, {0.0, 16.0, 0.0});
+            test::add_quad(tilted, {-8.0, -8.0, -8.0 * slope - 1.0}, {16.0, 0.0, 16.0 * slope},
+                           {0.0, 16.0, 0.0});
         const VisibilityCache cache{HitTracer{&tilted}, lights, CacheSettings{.spacing = 0.25f}};
         float before = not_a_number;
         float largest = 0.0f;
@@ -337,8 +342,10 @@ TEST_CASE("visibility cache: footprints choose levels, and nothing pops") {
         float before = not_a_number;
         float largest = 0.0f;
         for (float footprint = 0.01f; footprint < 2.0f; footprint *= 1.002f) {
-            const float now = cache.visibility(
-                lightmesh::SurfacePoint{.position = point.position, .normal = point.normal, .footprint = footprint}, 0);
+            const float now = cache.visibility(lightmesh::SurfacePoint{.position = point.position,
+                                                                       .normal = point.normal,
+                                                                       .footprint = footprint},
+                                               0);
             if (!std::isnan(before))
                 largest = std::max(largest, std::abs(now - before));
             before = now;
@@ -426,8 +433,9 @@ TEST_CASE("visibility cache: what fails leaves nothing half-made") {
 
 TEST_CASE("visibility cache: points at the border of what is allowed") {
     const std::vector<test::Triangle> scene = floor_scene();
-    const std::vector<Light> lights{lightmesh::PointLight{.position = {0.0f, 0.0f, 3.0f}, .range = 5.0f, .radius = 0.2f},
-                                    lightmesh::SpotLight{.position = {0.0f, 0.0f, 3.0f}, .cone = 0.3f, .radius = 0.2f}};
+    const std::vector<Light> lights{
+        lightmesh::PointLight{.position = {0.0f, 0.0f, 3.0f}, .range = 5.0f, .radius = 0.2f},
+        lightmesh::SpotLight{.position = {0.0f, 0.0f, 3.0f}, .cone = 0.3f, .radius = 0.2f}};
     const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{}};
     const glm::vec3 up(0.0f, 0.0f, 1.0f);
     CHECK(std::isnan(cache.visibility(glm::vec3(not_a_number, 0.0f, 0.0f), up, 0)));
@@ -467,7 +475,8 @@ TEST_CASE("visibility cache: exact edges decide by rays where records disagree")
         const glm::vec3 point(-2.5f + 0.0025f * static_cast<float>(i), 0.1f, 0.0f);
         const bool open = !test::blocked(Vec(point) + Vec(0, 0, 1e-4), Vec(0.3f, 0.2f, 4.0f), scene);
         const float expected = open ? 1.0f : 0.0f;
-        wrong_blurred += std::abs(blurred.visibility(point, glm::vec3(0, 0, 1), 0) - expected) > 0.45f ? 1 : 0;
+        wrong_blurred +=
+            std::abs(blurred.visibility(point, glm::vec3(0, 0, 1), 0) - expected) > 0.45f ? 1 : 0;
         wrong_sharp += std::abs(sharp.visibility(point, glm::vec3(0, 0, 1), 0) - expected) > 0.45f ? 1 : 0;
     }
     CHECK(wrong_blurred > 5);

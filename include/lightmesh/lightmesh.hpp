@@ -11,7 +11,8 @@
 /// 4. what is stored: `detail/visibility_store.hpp`, `detail/brick.hpp` and `detail/brick_map.hpp`;
 /// 5. the linked short test: `detail/links.hpp`, `detail/reach.hpp` and `detail/reach_search.hpp`;
 /// 6. long tests: `detail/long_test.hpp`, `shadow_map.hpp` and `shadow_volume.hpp`.
-/// 7. the cache of visibilities of real lamps: `visibility_cache.hpp`, then `cache/query.hpp` (levels and taps),
+/// 7. the cache of visibilities of real lamps: `visibility_cache.hpp`, then `cache/query.hpp` (levels and
+/// taps),
 ///    `cache/taps.hpp`, `cache/blend.hpp`, and what is kept: `cache/store.hpp`, `cache/record.hpp`.
 ///
 /// What lies in `detail/`, as in namespace `detail`, may change at any time.

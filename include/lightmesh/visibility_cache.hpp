@@ -43,9 +43,9 @@ namespace lightmesh {
 /// adapter leaves through the query, and nothing of the interrupted work is kept. Lights, settings and the
 /// scene behind the adapter are fixed for the life of a cache.
 ///
-/// In a query, a point is a surface point in world units, a normal the geometric normal there on the side that
-/// is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero normal gives
-/// rays from the point itself, with no chi. A finite point beyond 2^25 of the finest steps throws
+/// In a query, a point is a surface point in world units, a normal the geometric normal there on the side
+/// that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero normal
+/// gives rays from the point itself, with no chi. A finite point beyond 2^25 of the finest steps throws
 /// std::out_of_range. As in equation (3), S = 0 where a light's centre is below the tangent plane, out of
 /// range, or where the point is outside its cone or behind a rectangle.
 template <class Tracer, class Rows = LampRows>
@@ -55,15 +55,14 @@ class VisibilityCache {
 public:
     /// Copies adapter and lights. Any number of lights up to 2^22, also none. Throws std::invalid_argument
     /// that names the value for settings out of range and lights that are not finite.
-    VisibilityCache(Tracer tracer, std::span<const Light> lights, const CacheSettings& settings)
-        requires std::same_as<Rows, LampRows>
+    VisibilityCache(Tracer tracer, std::span<const Light> lights,
+                    const CacheSettings& settings) requires std::same_as<Rows, LampRows>
         : store_(std::make_unique<const Store>(std::move(tracer), LampRows{}, lights, settings)) {}
 
     /// S of equation (3) at records on surfaces, from a light mesh, which the cache owns: the published blur
     /// without steps. `Mesh` has `tracer()`, `lights()` and `visibility(P, n, span)`.
     template <class Mesh>
-    VisibilityCache(Mesh mesh, const CacheSettings& settings)
-        requires std::same_as<Rows, MeshRows<Mesh>>
+    VisibilityCache(Mesh mesh, const CacheSettings& settings) requires std::same_as<Rows, MeshRows<Mesh>>
         : store_(make_store(std::move(mesh), settings)) {}
 
     /// Number of lights: the columns of a query's result.
@@ -71,11 +70,7 @@ public:
     /// As they were passed in.
     const CacheSettings& settings() const { return store_->settings(); }
     /// The light mesh of blur rows.
-    const auto& mesh() const
-        requires(!std::same_as<Rows, LampRows>)
-    {
-        return store_->rows().mesh;
-    }
+    const auto& mesh() const requires(!std::same_as<Rows, LampRows>) { return store_->rows().mesh; }
 
     /// S_i(P) for one light: the share of it that is visible, 0 to 1. Throws std::out_of_range for a light
     /// that is not there.

@@ -98,12 +98,14 @@ concept MisspeltBatch =
      BatchCallable<T, const Segment*, std::uint8_t*> || BatchCallable<T, const Segment*, bool*>);
 
 template <class T, class SegmentArgument>
-concept ClosestHitCallable = requires(T& tracer, SegmentArgument segment) { tracer.closest_hit(segment); };
+concept ClosestHitCallable = requires(T& tracer, SegmentArgument segment) {
+    tracer.closest_hit(segment);
+};
 
 /// A `closest_hit` that is there but does not fit, as above.
 template <class T>
-concept MisspeltClosestHit = !ClosestHitIntersector<T> && (ClosestHitCallable<T, const Segment&> ||
-                                                           ClosestHitCallable<T, Segment&>);
+concept MisspeltClosestHit =
+    !ClosestHitIntersector<T> && (ClosestHitCallable<T, const Segment&> || ClosestHitCallable<T, Segment&>);
 
 }  // namespace detail
 

@@ -48,8 +48,8 @@ struct BlendLevel {
 };
 
 /// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.15, .4) of the
-/// greatest weighted difference between one row and their blend. Returns the lights that the next level has to
-/// say something about.
+/// greatest weighted difference between one row and their blend. Returns the lights that the next level has
+/// to say something about.
 inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const BlendLevel& level) {
     constexpr std::uint32_t low = 9792;     // .15 of one_value
     constexpr std::uint32_t range = 16384;  // .25
@@ -101,8 +101,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         if (level.probe != nullptr) {
             Lanes probe;
             spread_bytes(probed, probe);
-            const auto missed =
-                ((probe == 0) & (least > 153u)) | ((probe == 255u) & (greatest < 102u));
+            const auto missed = ((probe == 0) & (least > 153u)) | ((probe == 255u) & (greatest < 102u));
             keep_greater(beta, missed ? Lanes{} + level.window : Lanes{});
         }
         keep_greater(beta, Lanes{} + level.force);

@@ -40,7 +40,9 @@ public:
                 }
             },
             light);
-        const auto bits = [](float value) -> std::uint64_t { return std::bit_cast<std::uint32_t>(value); };
+        const auto bits = [](float value) -> std::uint64_t {
+            return std::bit_cast<std::uint32_t>(value);
+        };
         salt_ = mix_bits(bits(shape_.at.x) ^ bits(shape_.at.y) << 21 ^ bits(shape_.at.z) << 42);
     }
 
@@ -64,8 +66,8 @@ public:
     /// The lamp as seen from one point: where rays go.
     class View {
     public:
-        /// `turn`: 32 bits that choose a rotation, or a shift, of the pattern. `step`: of the lattice, for the
-        /// ends of rays; `reach`: their greatest length.
+        /// `turn`: 32 bits that choose a rotation, or a shift, of the pattern. `step`: of the lattice, for
+        /// the ends of rays; `reach`: their greatest length.
         View(const Lamp& lamp, const glm::vec3& origin, std::uint32_t turn, double step, double reach)
             : origin_(origin), turn_bits_(turn), is_rectangle_(lamp.is_rectangle_) {
             const LightShape& shape = lamp.shape_;

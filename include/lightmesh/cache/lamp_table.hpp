@@ -42,9 +42,7 @@ public:
         return (std::min)(lamps_per_tile, lamps_.size() - tile * lamps_per_tile);
     }
     const Lamp& lamp(std::size_t i) const { return lamps_[i]; }
-    std::size_t bytes() const {
-        return lamps_.capacity() * sizeof(Lamp) + tiles_.capacity() * sizeof(Tile);
-    }
+    std::size_t bytes() const { return lamps_.capacity() * sizeof(Lamp) + tiles_.capacity() * sizeof(Tile); }
 
     /// Which lights of a tile can reach a point: chi of equation (3), range and cone, of their centres. A
     /// normal of 0 faces all.

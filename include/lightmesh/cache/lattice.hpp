@@ -72,10 +72,10 @@ public:
 
 private:
     [[noreturn]] void throw_outside(const glm::vec3& point) const {
-        throw std::out_of_range("lightmesh: point " + to_text(point) +
-                                " lies outside the lattice, which reaches " +
-                                to_text(step(finest_) * max_index) +
-                                " to all sides of its origin; a greater spacing or less detail reaches farther");
+        throw std::out_of_range(
+            "lightmesh: point " + to_text(point) + " lies outside the lattice, which reaches " +
+            to_text(step(finest_) * max_index) +
+            " to all sides of its origin; a greater spacing or less detail reaches farther");
     }
 
     std::array<double, level_count> step_{};

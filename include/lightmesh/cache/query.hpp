@@ -290,8 +290,8 @@ private:
             place_probe(taps, cell, place, way, level);
     }
 
-    static void add_tap(Taps& taps, std::array<std::int64_t, 8>& raw, std::int64_t& sum,
-                        const Column& column, TileRow& row, std::int64_t weight) {
+    static void add_tap(Taps& taps, std::array<std::int64_t, 8>& raw, std::int64_t& sum, const Column& column,
+                        TileRow& row, std::int64_t weight) {
         taps.columns[taps.count] = &column;
         taps.rows[taps.count] = &row;
         raw[taps.count++] = weight;

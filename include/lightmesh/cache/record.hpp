@@ -77,9 +77,7 @@ struct alignas(8) Record {
     std::atomic<std::uint32_t> rows{0};
 
     bool is_on_surface() const { return fall >= 0.0f; }
-    glm::vec3 unit_normal() const {
-        return glm::vec3(normal[0], normal[1], normal[2]) * (1.0f / 32767.0f);
-    }
+    glm::vec3 unit_normal() const { return glm::vec3(normal[0], normal[1], normal[2]) * (1.0f / 32767.0f); }
     void set_normal(const glm::vec3& unit) {
         for (int k = 0; k < 3; ++k)
             normal[k] = static_cast<std::int16_t>(std::lround(unit[k] * 32767.0f));

@@ -53,8 +53,8 @@ public:
     /// Makes a second key lead to a record of this table.
     Record* add_alias(const RecordKey& key, const Record& target) {
         const std::uint32_t index = add(key, [&] {
-            const std::uint32_t record = parts_[hash_of(target.key) >> 58].table.load()->find(
-                pool_, target.key, hash_of(target.key));
+            const std::uint32_t record =
+                parts_[hash_of(target.key) >> 58].table.load()->find(pool_, target.key, hash_of(target.key));
             const std::uint32_t at = pool_.allocate(sizeof(Alias) / 8);
             new (pool_.at(at)) Alias{key, record};
             return at | alias_bit;

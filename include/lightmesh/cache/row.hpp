@@ -37,9 +37,9 @@ inline std::uint32_t octets_of(std::uint64_t lights) {
 }
 
 /// The rows of a record: a list of blocks in the pool, each with some neighbouring octets of a tile. A block
-/// is a word {next block: 32 bits, tile: 16, first octet: 8, number of octets: 8}, a word of known lights, and
-/// its octets. Blocks are only ever added, at the head; no two have the same octet. Bytes are 0 until they
-/// are known, and are or-ed in: what two threads find at once is the same.
+/// is a word {next block: 32 bits, tile: 16, first octet: 8, number of octets: 8}, a word of known lights,
+/// and its octets. Blocks are only ever added, at the head; no two have the same octet. Bytes are 0 until
+/// they are known, and are or-ed in: what two threads find at once is the same.
 class RowList {
 public:
     RowList(UnitPool& pool, std::atomic<std::uint32_t>& head) : pool_(pool), head_(head) {}

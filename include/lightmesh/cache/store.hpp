@@ -111,8 +111,8 @@ public:
         return keep(spare, way);
     }
 
-    /// The probe of the cell of four columns whose least indices along u and v are those of `index`, and whose
-    /// highest lattice point has that of `index` along the axis.
+    /// The probe of the cell of four columns whose least indices along u and v are those of `index`, and
+    /// whose highest lattice point has that of `index` along the axis.
     Column probe(const glm::ivec3& index, const Way& way, int level, Spare& spare) const {
         const RecordKey key(index, RecordKind::probe, way, level);
         if (const Record* known = table_.find(key))
@@ -143,8 +143,8 @@ public:
                 return (links >> (bit + 6) & 1) != 0;
         }
         link_rays_.fetch_add(1, std::memory_order_relaxed);
-        const bool open = !tracer_.occluded(
-            {lattice_.position(from.index, level), lattice_.position(to.index, level)});
+        const bool open =
+            !tracer_.occluded({lattice_.position(from.index, level), lattice_.position(to.index, level)});
         if (from.links != nullptr)
             from.links->fetch_or(static_cast<std::uint16_t>((open ? 65 : 1) << bit),
                                  std::memory_order_relaxed);
@@ -187,7 +187,9 @@ public:
     /// Shares of lamps that are open, by rays from a surface point itself.
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
                TileValues& values) const {
-        const auto bits = [](float value) -> std::uint64_t { return std::bit_cast<std::uint32_t>(value); };
+        const auto bits = [](float value) -> std::uint64_t {
+            return std::bit_cast<std::uint32_t>(value);
+        };
         const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
         const double step = lattice_.step(lattice_.finest_level());
         LampRays<Tracer> rays(tracer_, lamps_, tile,
@@ -259,9 +261,7 @@ private:
         return start;
     }
 
-    static int sign_extended(std::uint32_t word) {
-        return static_cast<std::int32_t>(word << 5) >> 5;
-    }
+    static int sign_extended(std::uint32_t word) { return static_cast<std::int32_t>(word << 5) >> 5; }
 
     Column stand(const Record& record, const Way& way, bool is_kept) const {
         const int level = record.key.level();
@@ -273,8 +273,8 @@ private:
                         sign_extended(record.key.words[2])};
         const std::uint32_t kind = record.key.words[0] >> 27;
         const bool is_probe = kind >= static_cast<std::uint32_t>(RecordKind::probe);
-        column.place = is_probe ? probe_start(column.index, way, level)
-                                : lattice_.position(column.index, level);
+        column.place =
+            is_probe ? probe_start(column.index, way, level) : lattice_.position(column.index, level);
         if (record.is_on_surface()) {
             column.place -= record.fall * way.up();
             column.normal = record.unit_normal();

@@ -89,8 +89,7 @@ inline CellPlace place_in_cell(const Lattice& lattice, const glm::vec3& point, c
         glm::ivec3& index = place.index[static_cast<std::size_t>(k)];
         index[u] = iu + du;
         index[v] = iv + dv;
-        index[way.axis] =
-            way.sign > 0.0f ? -floor_to_int(-(plane + 0.25)) : floor_to_int(plane - 0.25);
+        index[way.axis] = way.sign > 0.0f ? -floor_to_int(-(plane + 0.25)) : floor_to_int(plane - 0.25);
         const auto share_u = static_cast<double>(du != 0 ? fu : 1.0f - fu);
         const auto share_v = static_cast<double>(dv != 0 ? fv : 1.0f - fv);
         place.weight[static_cast<std::size_t>(k)] = weight_of(share_u * share_v);
