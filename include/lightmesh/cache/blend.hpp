@@ -47,11 +47,11 @@ struct BlendLevel {
     std::uint32_t window = 0;  ///< weight of the probe
 };
 
-/// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.15, .4) of the
+/// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.1, .35) of the
 /// greatest weighted difference between one row and their blend. Returns the lights that the next level has
 /// to say something about.
 inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const BlendLevel& level) {
-    constexpr std::uint32_t low = 9792;     // .15 of one_value
+    constexpr std::uint32_t low = 6528;     // .1 of one_value
     constexpr std::uint32_t range = 16384;  // .25
     std::uint64_t next = 0;
     for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {

@@ -30,7 +30,9 @@ std::optional<float> bisect_fall(const Tracer& tracer, const glm::vec3& start, c
     if (!tracer.occluded({start, start + length * down}))
         return std::nullopt;
     float open = 0.0f;
-    for (float part = 0.5f; part >= 0x1p-13f; part *= 0.5f) {
+    float part = 1.0f;
+    for (int halving = 0; halving < 13; ++halving) {
+        part *= 0.5f;
         ++rays;
         if (!tracer.occluded({start, start + (open + part) * length * down}))
             open += part;

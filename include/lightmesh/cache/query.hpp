@@ -3,6 +3,7 @@
 
 #include <lightmesh/cache/blend.hpp>
 #include <lightmesh/cache/lattice.hpp>
+#include <lightmesh/cache/lazy_array.hpp>
 #include <lightmesh/cache/store.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/vectors.hpp>
@@ -27,11 +28,7 @@ namespace lightmesh::detail {
 template <class Store>
 class CacheQuery {
 public:
-    explicit CacheQuery(const Store& store) : store_(store) {
-        for (auto& level : cells_)
-            for (Cell& cell : level)
-                cell.is_made = false;
-    }
+    explicit CacheQuery(const Store& store) : store_(store) {}
 
     /// S of all lights.
     void all(const SurfacePoint& point, std::span<float> lit) {
@@ -60,7 +57,7 @@ private:
     struct Cell {
         std::array<glm::ivec3, 4> index;
         Way way;
-        bool is_made;
+        bool is_made = false;
         std::array<bool, 4> links;  ///< 0-1, 2-3 along u; 0-2, 1-3 along v
         std::array<Column, 4> columns;
         std::array<Spare, 4> spares;
@@ -215,7 +212,7 @@ private:
     Cell& cell_at(const CellPlace& place, const Way& way, int level) {
         const std::size_t slot =
             static_cast<std::size_t>(place.index[0][way.u()] + 2 * place.index[0][way.v()]) & 3u;
-        Cell& cell = cells_[static_cast<std::size_t>(level)][slot];
+        Cell& cell = cells_[4 * static_cast<std::size_t>(level) + slot];
         if (cell.is_made && cell.index == place.index && cell.way.number() == way.number())
             return cell;
         cell.is_made = false;
@@ -358,10 +355,10 @@ private:
     BlendLevel level_;
     std::uint32_t made_taps_ = 0;  ///< one bit for each level
     std::uint32_t taps_way_ = 0;
-    std::array<Taps, Lattice::level_count> taps_;
-    std::array<std::array<Cell, 4>, Lattice::level_count> cells_;
-    std::array<Spare, 9> row_spares_;
-    std::array<Spare, 4> air_spares_;
+    LazyArray<Taps, Lattice::level_count> taps_;
+    LazyArray<Cell, 4 * Lattice::level_count> cells_;
+    LazyArray<Spare, 9> row_spares_;
+    LazyArray<Spare, 4> air_spares_;
 };
 
 }  // namespace lightmesh::detail
