@@ -3,6 +3,7 @@
 #include "random_scene.hpp"
 
 #include <lightmesh/light_mesh.hpp>
+#include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
 
@@ -105,6 +106,25 @@ TEST_CASE("a warm query allocates nothing") {
             CHECK(allocations_of_a_pass(mesh, points, all) == 0);
         }
     }
+}
+
+TEST_CASE("a warm query of a visibility cache allocates nothing") {
+    test::Random random(32);
+    const auto scene = test::boxes_on_floor(random, 3);
+    const auto lights = test::random_lights(random, 80);
+    auto points = test::surface_points(random, scene, 20);
+    points.push_back({{0, 0, 0}, {0, 0, 0}});
+    std::vector<float> all(lights.size());
+    const lightmesh::VisibilityCache cache{test::PlainTracer{&scene}, lights,
+                                           lightmesh::CacheSettings{.spacing = 0.3f, .detail = 2}};
+    const auto allocations_of_a_pass = [&] {
+        const std::size_t before = allocations.load();
+        for (const test::SurfacePoint& p : points)
+            cache.visibility(p.position, p.normal, std::span<float>{all});
+        return allocations.load() - before;
+    };
+    CHECK(allocations_of_a_pass() > 0);
+    CHECK(allocations_of_a_pass() == 0);
 }
 
 #endif

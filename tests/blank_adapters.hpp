@@ -44,7 +44,7 @@ float sum_of_queries(const Mesh& mesh) {
            mesh.visibility(points[0], normals[0], 1);
 }
 
-/// The same for all kinds of light mesh: 18.
+/// The same for all kinds of light mesh and for visibility caches: 30.
 inline float sum_of_meshes() {
     const std::vector<lightmesh::Light> lights{
         lightmesh::PointLight{{0.0f, 0.0f, 3.0f}},
@@ -53,7 +53,10 @@ inline float sum_of_meshes() {
     const lightmesh::Settings settings;
     return sum_of_queries(lightmesh::LightMesh{BlankTracer{}, lights, settings}) +
            sum_of_queries(lightmesh::LightMesh{BlankTracer{}, BlankPictures{}, lights, settings}) +
-           sum_of_queries(lightmesh::LightMesh{BlankTracer{}, BlankTriangles{}, lights, settings});
+           sum_of_queries(lightmesh::LightMesh{BlankTracer{}, BlankTriangles{}, lights, settings}) +
+           sum_of_queries(lightmesh::VisibilityCache{BlankTracer{}, lights, lightmesh::CacheSettings{}}) +
+           sum_of_queries(lightmesh::VisibilityCache{lightmesh::LightMesh{BlankTracer{}, lights, settings},
+                                                     lightmesh::CacheSettings{}});
 }
 
 }  // namespace test

@@ -7,10 +7,10 @@ float sum_in_another_file();       // odr.cpp
 float sum_under_hostile_macros();  // hostile_macros.cpp
 
 TEST_CASE("several files of a program use the library") {
-    CHECK(test::sum_of_meshes() == 18.0f);
-    CHECK(sum_in_another_file() == 18.0f);
+    CHECK(test::sum_of_meshes() == 30.0f);
+    CHECK(sum_in_another_file() == 30.0f);
 }
 
 TEST_CASE("headers that leave macros behind do no harm") {
-    CHECK(sum_under_hostile_macros() == 18.0f);
+    CHECK(sum_under_hostile_macros() == 30.0f);
 }

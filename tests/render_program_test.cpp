@@ -65,8 +65,8 @@ TEST_CASE("lightmesh-render picture: a picture, its linear values and a table") 
 TEST_CASE("lightmesh-render picture: each algorithm there is") {
     const TemporaryFolder folder;
     for (const std::string algorithm :
-         {"whitted", "area", "shadow-map", "shadow-volume", "lmm", "linked", "express", "lmm+map",
-          "linked+map", "express+map", "lmm+volume", "linked+volume", "express+volume"}) {
+         {"whitted", "area", "cache", "blur-cache", "shadow-map", "shadow-volume", "lmm", "linked", "express",
+          "lmm+map", "linked+map", "express+map", "lmm+volume", "linked+volume", "express+volume"}) {
         CAPTURE(algorithm);
         const Finished ran = render(folder, "picture spheres -a " + algorithm + tiny + "-o " +
                                                 (folder / (algorithm + ".png")).string());

@@ -11,6 +11,8 @@
 
 #include <lightmesh/segment.hpp>
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -18,6 +20,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -49,6 +52,25 @@ public:
         rtcOccluded1(scene_, &context.embree, &ray);
 #endif
         return is_blocked(ray.tfar);
+    }
+
+    /// Where a segment first meets a surface.
+    std::optional<lightmesh::Hit> closest_hit(const lightmesh::Segment& segment) const {
+        RTCRayHit query{};
+        query.ray = ray_along(segment, 0);
+        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+        rtcIntersect1(scene_, &query);
+#else
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        rtcIntersect1(scene_, &context, &query);
+#endif
+        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+            return std::nullopt;
+        const float length = glm::length(segment.target - segment.origin);
+        return lightmesh::Hit{query.ray.tfar * length,
+                              glm::normalize(glm::vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z))};
     }
 
     /// Many segments at once. Embree 3 takes them as one stream: its INCOHERENT streams were the fastest form

@@ -70,7 +70,7 @@ void add_render_options(CLI::App& command, CommonOptions& options) {
         ->capture_default_str();
     command
         .add_option("--light-size", visibility.light_size,
-                    "radius of the lights of 'area'; default: a tenth of --radius")
+                    "radius of the lamps of 'area' and 'cache'; default: a tenth of --radius")
         ->check(finite_positive);
     command.add_option("--depth", options.depth, "what renders shadow maps")
         ->check(CLI::IsMember({"vulkan", "embree"}))

@@ -118,7 +118,10 @@ public:
 protected:
     void add_rays(Batch& batch, const lightmesh::Segment& middle, float size, std::uint32_t seed,
                   float& value) const override {
-        const glm::vec3 axis = glm::normalize(middle.target - middle.origin);
+        const float distance = glm::length(middle.target - middle.origin);
+        const glm::vec3 axis = (middle.target - middle.origin) / distance;
+        // A fixture does not hide its own lamp: see `lightmesh::VisibilityCache`.
+        const float way = (std::max)(0.3f, 1.0f - 1.15f * size / distance);
         const glm::vec3 other = std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
         const glm::vec3 right = glm::normalize(glm::cross(axis, other));
         const glm::vec3 up = glm::cross(right, axis);
@@ -133,7 +136,8 @@ protected:
             const float radius = size * std::sqrt(inner + width * random.uniform());
             const float turn = (static_cast<float>(s - first) + random.uniform()) / static_cast<float>(count);
             const glm::vec2 around = circle_point(turn);
-            batch.add({middle.origin, middle.target + radius * (around.x * right + around.y * up)}, value,
+            const glm::vec3 target = middle.target + radius * (around.x * right + around.y * up);
+            batch.add({middle.origin, middle.origin + way * (target - middle.origin)}, value,
                       1.0f / static_cast<float>(samples_));
         }
     }
@@ -153,8 +157,7 @@ std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const Vi
     if (options.area_samples < 1 || options.area_samples > 1024)
         throw std::invalid_argument("area lights take 1 to 1024 rays, not " +
                                     std::to_string(options.area_samples));
-    const float size = options.light_size > 0.0f ? options.light_size : options.settings.radius / 10.0f;
-    return std::make_unique<AreaShadows>(scene, options.area_samples, size);
+    return std::make_unique<AreaShadows>(scene, options.area_samples, lamp_size(options));
 }
 
 }  // namespace demo

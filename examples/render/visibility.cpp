@@ -40,6 +40,9 @@ std::vector<Entry> make_entries() {
                            return make_hard_shadows(scene);
                        }});
     entries.push_back({{"area", "sphere lights, --area-samples rays per light"}, make_area_shadows});
+    entries.push_back({{"cache", "sphere lights by a visibility cache"}, make_cache});
+    entries.push_back(
+        {{"blur-cache", "a light mesh through a visibility cache: its blur without steps"}, make_blur_cache});
     entries.push_back({{"shadow-map", "hard shadows by shadow maps alone"}, make_shadow_maps});
     entries.push_back({{"shadow-volume", "hard shadows by shadow volumes alone"},
                        [](const EmbreeScene& scene, const VisibilityOptions&) {

@@ -60,10 +60,15 @@ enum class DepthSource { vulkan, embree };
 struct VisibilityOptions {
     lightmesh::Settings settings;  ///< its short test is that of `lmm`
     int area_samples = 16;         ///< rays to each light, in [1, 1024]
-    float light_size = 0.0f;  ///< radius of `area`'s sphere lights in world units; 0: settings.radius / 10
+    float light_size = 0.0f;       ///< radius of lamps in world units; 0: settings.radius / 10
     DepthSource depth = DepthSource::vulkan;
     std::string device;  ///< of Vulkan: an index or a part of its name; empty: the best
 };
+
+/// The radius of lamps, world units.
+inline float lamp_size(const VisibilityOptions& options) {
+    return options.light_size > 0.0f ? options.light_size : options.settings.radius / 10.0f;
+}
 
 /// A way to find visibility, by the name that the command line knows it by.
 struct Algorithm {
@@ -71,7 +76,8 @@ struct Algorithm {
     std::string description;
 };
 
-/// whitted, area, shadow-map, shadow-volume; lmm, linked, express, each also with +map and +volume.
+/// whitted, area, cache, blur-cache, shadow-map, shadow-volume; lmm, linked, express, each also with +map and
+/// +volume.
 const std::vector<Algorithm>& algorithms();
 
 /// Throws std::runtime_error that names the algorithm and lists those there are, and what the algorithm
@@ -94,5 +100,10 @@ enum class LongTests { rays, maps, volumes };
 /// A light mesh with the short test of options.settings.
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
                                             LongTests long_tests);
+
+/// Penumbrae of sphere lights by a visibility cache.
+std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options);
+/// The blur of a light mesh by a visibility cache.
+std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options);
 
 }  // namespace demo

@@ -69,6 +69,10 @@ public:
 
     /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return data().lights().size(); }
+    /// As they were passed in.
+    std::span<const Light> lights() const { return data().user_lights(); }
+    /// The mesh's copy of the adapter.
+    const Tracer& tracer() const { return filler_->tracer(); }
     /// Where the light points lie.
     const Grid& grid() const { return data().grid(); }
     /// As they were passed in.

@@ -11,6 +11,9 @@
 /// 4. what is stored: `detail/visibility_store.hpp`, `detail/brick.hpp` and `detail/brick_map.hpp`;
 /// 5. the linked short test: `detail/links.hpp`, `detail/reach.hpp` and `detail/reach_search.hpp`;
 /// 6. long tests: `detail/long_test.hpp`, `shadow_map.hpp` and `shadow_volume.hpp`.
+/// 7. the cache of visibilities of real lamps: `visibility_cache.hpp`, then `cache/query.hpp` (levels and
+/// taps),
+///    `cache/taps.hpp`, `cache/blend.hpp`, and what is kept: `cache/store.hpp`, `cache/record.hpp`.
 ///
 /// What lies in `detail/`, as in namespace `detail`, may change at any time.
 
@@ -19,6 +22,7 @@
 #include <lightmesh/adapters/depth_view.hpp>
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/cache_settings.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
@@ -31,3 +35,4 @@
 #include <lightmesh/snapshot.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/surface_point.hpp>
+#include <lightmesh/visibility_cache.hpp>

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+
+// The visibility cache against lamps of 1,024 rays, against hard shadows and against lamps of 16 rays in
+// packets: errors, times and bytes of a frame of 1920x1440 points, on one thread.
+
+#include "embree_rays.hpp"
+#include "render/embree_scene.hpp"
+#include "render/text_table.hpp"
+#include "scene/random.hpp"
+#include "scene/scene.hpp"
+#include "shading_points.hpp"
+#include "surface_end.hpp"
+
+#include <lightmesh/visibility_cache.hpp>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace bench {
+
+namespace {
+
+using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
+
+struct Case {
+    std::string scene;
+    float lamp_radius;
+    std::size_t lights;  ///< 0: the scene's own, up to 64
+    double mean_error, misses, warm_ns, warm_over_hard, warm_over_lamps, cold_over_hard, cold_over_lamps,
+        megabytes;  ///< to reach; 0: nothing is said
+};
+
+constexpr int picture_width = 1920;
+constexpr int picture_height = 1440;
+
+/// Seconds that a call takes.
+template <class Call>
+double seconds(const Call& call) {
+    const auto start = std::chrono::steady_clock::now();
+    call();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The share of a sphere lamp that is open from a point, by `count` rays to its disc, without any pattern.
+float open_share(Occlusion& tracer, const glm::vec3& from, const glm::vec3& lamp, float radius, int count,
+                 demo::Random& random) {
+    const glm::vec3 way = lamp - from;
+    const float distance = glm::length(way);
+    const glm::vec3 axis = way / distance;
+    const glm::vec3 other = std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
+    const glm::vec3 right = glm::normalize(glm::cross(axis, other));
+    const glm::vec3 up = glm::cross(right, axis);
+    const float share = (std::max)(0.3f, 1.0f - 1.15f * radius / distance);
+    int open = 0;
+    for (int first = 0; first < count; first += 16) {
+        alignas(64) RTCRay16 rays;
+        alignas(64) std::array<int, 16> valid;
+        valid.fill(-1);
+        for (std::size_t i = 0; i < 16; ++i) {
+            // Jittered over equal areas: 4 x 4 strata in each packet.
+            const float ring = (static_cast<float>(i / 4) + random.uniform()) / 4.0f;
+            const float turn = (static_cast<float>(i % 4) + random.uniform()) / 4.0f;
+            const glm::vec2 around = demo::circle_point(turn) * (radius * std::sqrt(ring));
+            set_ray(rays, i, from, from + share * (way + around.x * right + around.y * up));
+        }
+        tracer.trace(valid.data(), rays);
+        for (const float end : rays.tfar)
+            open += end < 0.0f ? 0 : 1;
+    }
+    return static_cast<float>(open) / static_cast<float>(count);
+}
+
+/// All that is compared, for one scene.
+class Contest {
+public:
+    Contest(const Case& which, const lightmesh::CacheSettings& settings)
+        : which_(which), model_(demo::load_scene(which.scene)), settings_(settings) {
+        if (which.lights > 0)
+            demo::spread_lights(model_, which.lights);
+        else if (model_.lights.size() > 64)
+            model_.lights.resize(64);
+        scene_ = std::make_unique<demo::EmbreeScene>(model_);
+        points_ = std::make_unique<ShadingPoints>(*scene_, picture_width, picture_height);
+        for (const demo::SceneLight& light : model_.lights) {
+            auto lamp = std::get<lightmesh::PointLight>(light.shape);
+            lamp.radius = which.lamp_radius;
+            lights_.push_back(lamp);
+            at_.push_back(lamp.position);
+        }
+        if (settings_.spacing == 0.0f)
+            settings_.spacing = model_.radius / 4.0f;
+        // The pixel's angle.
+        pixel_ = 2.0f * std::tan(0.5f * model_.camera.vertical_field_of_view) / picture_height;
+    }
+
+    void run(demo::TextTable& table) {
+        const std::size_t count = points_->size();
+        Cache cache(scene_->intersector(), lights_, settings_);
+        const double cold = seconds([&] { query_all(cache, 1); });
+        const lightmesh::CacheStatistics held = cache.statistics();
+        const std::size_t part = 16;
+        std::size_t queried = 0;
+        double warm = 1e9;
+        for (int i = 0; i < 3; ++i)
+            warm = (std::min)(warm, seconds([&] { queried = query_all(cache, part); }));
+        const double warm_ns = 1e9 * warm / static_cast<double>(queried);
+        std::size_t hard_points = 0;
+        const double hard = seconds([&] { hard_points = hard_rays(64); });
+        const double hard_ns = 1e9 * hard / static_cast<double>(hard_points);
+        std::size_t lamp_points = 0;
+        const double lamp = seconds([&] { lamp_points = lamp_packets(256); });
+        const double lamp_ns = 1e9 * lamp / static_cast<double>(lamp_points);
+        const Errors errors = compare(cache);
+        const double cold_ns = 1e9 * cold / static_cast<double>(count);
+
+        const std::string name =
+            which_.scene + " R " + demo::fixed(static_cast<double>(which_.lamp_radius), 2);
+        const auto row = [&](const std::string& what, double reach, double got, int digits) {
+            table.add_row({name + ", " + std::to_string(lights_.size()) + " lights", what,
+                           reach > 0.0 ? demo::fixed(reach, digits) : "-", demo::fixed(got, digits)});
+        };
+        row("MAE of S", which_.mean_error, errors.mean, 5);
+        row("MAE of the reference to another of its kind", 0.0, errors.noise, 5);
+        row("MAE of hard shadows", 0.0, errors.hard_mean, 5);
+        row("MAE of 16-ray lamps", 0.0, errors.lamp_mean, 5);
+        row("misses, %", which_.misses, 100.0 * errors.misses, 3);
+        row("misses of hard shadows, %", 0.0, 100.0 * errors.hard_misses, 3);
+        row("warm, ns a point", which_.warm_ns, warm_ns, 0);
+        row("warm, ns a point and light", 0.0, warm_ns / static_cast<double>(lights_.size()), 2);
+        row("hard single rays, ns a point", 0.0, hard_ns, 0);
+        row("warm, times faster than hard single rays", which_.warm_over_hard, hard_ns / warm_ns, 1);
+        row("warm, times faster than 16-ray lamps in packets", which_.warm_over_lamps, lamp_ns / warm_ns, 1);
+        row("cold frame, s", 0.0, cold, 2);
+        row("cold frame, times faster than hard single rays", which_.cold_over_hard, hard_ns / cold_ns, 2);
+        row("cold frame, times faster than 16-ray lamps in packets", which_.cold_over_lamps,
+            lamp_ns / cold_ns, 1);
+        row("MB of a frame", which_.megabytes, 1e-6 * static_cast<double>(held.bytes), 1);
+        row("records, thousands", 0.0, 1e-3 * static_cast<double>(held.records), 0);
+        row("rays to lamps, millions", 0.0, 1e-6 * static_cast<double>(held.lamp_rays), 2);
+        row("rays for places and links, millions", 0.0,
+            1e-6 * static_cast<double>(held.place_rays + held.link_rays), 2);
+        std::string levels;
+        for (const std::size_t records : held.records_of_level)
+            if (records > 0)
+                levels += (levels.empty() ? "" : " ") + std::to_string(records / 1000);
+        table.add_row({name, "records of levels, thousands", "", levels});
+        table.add_rule();
+    }
+
+private:
+    struct Errors {
+        double mean = 0.0, noise = 0.0, hard_mean = 0.0, lamp_mean = 0.0, misses = 0.0, hard_misses = 0.0;
+    };
+
+    lightmesh::SurfacePoint point_at(const Points& points, std::size_t i) const {
+        return {.position = points.positions[i],
+                .normal = points.normals[i],
+                .footprint = pixel_ * glm::distance(points.positions[i], model_.camera.eye)};
+    }
+    bool faces(const glm::vec3& point, const glm::vec3& normal, std::size_t light) const {
+        return glm::dot(normal, at_[light] - point) >= 0.0f;
+    }
+    /// Every `step`-th block of eight tiles.
+    template <class Call>
+    std::size_t for_tiles(std::size_t step, const Call& call) const {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < points_->tile_count(); ++i)
+            if (i / 8 % step == 0) {
+                call(points_->tile(i));
+                count += points_->tile(i).size();
+            }
+        return count;
+    }
+
+    std::size_t query_all(const Cache& cache, std::size_t step) const {
+        std::vector<lightmesh::SurfacePoint> tile;
+        std::vector<float> lit;
+        return for_tiles(step, [&](const Points& points) {
+            tile.clear();
+            for (std::size_t i = 0; i < points.size(); ++i)
+                tile.push_back(point_at(points, i));
+            lit.resize(tile.size() * lights_.size());
+            cache.visibility(tile, lit);
+        });
+    }
+
+    std::size_t hard_rays(std::size_t step) const {
+        Occlusion tracer(scene_->handle(), false);
+        return for_tiles(step, [&](const Points& points) {
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                const glm::vec3 from = surface_end(points.positions[i], points.normals[i]);
+                for (std::size_t l = 0; l < at_.size(); ++l)
+                    if (faces(points.positions[i], points.normals[i], l)) {
+                        RTCRay ray = make_ray(from, at_[l]);
+                        tracer.trace(ray);
+                    }
+            }
+        });
+    }
+
+    std::size_t lamp_packets(std::size_t step) const {
+        Occlusion tracer(scene_->handle(), true);
+        demo::Random random(1);
+        return for_tiles(step, [&](const Points& points) {
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                const glm::vec3 from = surface_end(points.positions[i], points.normals[i]);
+                for (std::size_t l = 0; l < at_.size(); ++l)
+                    if (faces(points.positions[i], points.normals[i], l))
+                        open_share(tracer, from, at_[l], which_.lamp_radius, 16, random);
+            }
+        });
+    }
+
+    Errors compare(const Cache& cache) const {
+        constexpr std::size_t sampled = 2000;
+        Occlusion tracer(scene_->handle(), true);
+        Errors sum;
+        double pairs = 0.0;
+        std::vector<float> lit(lights_.size());
+        std::size_t next = 0;
+        std::size_t seen = 0;
+        for (std::size_t t = 0; t < points_->tile_count(); ++t) {
+            const Points points = points_->tile(t);
+            for (; next < seen + points.size(); next += points_->size() / sampled) {
+                const lightmesh::SurfacePoint point = point_at(points, next - seen);
+                cache.visibility(point, lit);
+                const glm::vec3 from = surface_end(point.position, point.normal);
+                for (std::size_t l = 0; l < at_.size(); ++l) {
+                    if (!faces(point.position, point.normal, l))
+                        continue;
+                    demo::Random random(next * 1024 + l);
+                    const auto share = [&](int count) {
+                        return static_cast<double>(
+                            open_share(tracer, from, at_[l], which_.lamp_radius, count, random));
+                    };
+                    double reference = share(64);
+                    double other = reference;
+                    if (reference > 0.0 && reference < 1.0) {
+                        reference = share(1024);
+                        other = share(1024);
+                    }
+                    RTCRay ray =
+                        make_ray(from, from + (std::max)(0.3f, 1.0f - 1.15f * which_.lamp_radius /
+                                                                          glm::distance(from, at_[l])) *
+                                                  (at_[l] - from));
+                    tracer.trace(ray);
+                    const double hard = ray.tfar < 0.0f ? 0.0 : 1.0;
+                    const double error = std::abs(static_cast<double>(lit[l]) - reference);
+                    pairs += 1.0;
+                    sum.mean += error;
+                    sum.misses += error > 0.3 ? 1.0 : 0.0;
+                    sum.noise += std::abs(other - reference);
+                    sum.hard_mean += std::abs(hard - reference);
+                    sum.hard_misses += std::abs(hard - reference) > 0.3 ? 1.0 : 0.0;
+                    sum.lamp_mean += std::abs(share(16) - reference);
+                }
+            }
+            seen += points.size();
+        }
+        for (double* value :
+             {&sum.mean, &sum.noise, &sum.hard_mean, &sum.lamp_mean, &sum.misses, &sum.hard_misses})
+            *value /= pairs;
+        return sum;
+    }
+
+    Case which_;
+    demo::Scene model_;
+    lightmesh::CacheSettings settings_;
+    std::unique_ptr<demo::EmbreeScene> scene_;
+    std::unique_ptr<ShadingPoints> points_;
+    std::vector<lightmesh::Light> lights_;
+    std::vector<glm::vec3> at_;
+    float pixel_ = 0.0f;
+};
+
+int run(std::span<char*> arguments) {
+    const std::vector<Case> cases{
+        {"rooms", 0.3f, 0, 0.0012, 0.04, 200, 10, 28, 5, 15, 10},
+        {"spheres", 6.0f, 0, 0.0018, 0.02, 150, 3, 14, 1.5, 8, 8},
+        {"rooms", 0.1f, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+        {"spheres", 0.45f, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+        {"park", 1.0f, 0, 0.045, 3, 600, 18, 90, 0.5, 4, 100},
+        {"park", 1.0f, 256, 0, 0, 0, 0, 0, 0, 0, 0},
+    };
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        // Named by their numbers, or all.
+        const auto is_named = [&](const char* argument) {
+            return std::strtoul(argument, nullptr, 10) == i;
+        };
+        if (!arguments.empty() && std::ranges::none_of(arguments, is_named))
+            continue;
+        demo::TextTable table;
+        table.add_row({"scene", "what", "to reach", "measured"});
+        table.add_rule();
+        Contest(cases[i], lightmesh::CacheSettings{.spacing = 0.0f}).run(table);
+        std::cout << table.text() << std::flush;
+    }
+    return 0;
+}
+
+}  // namespace
+
+}  // namespace bench
+
+int main(int count, char** arguments) {
+    return bench::run(std::span(arguments, static_cast<std::size_t>(count)).subspan(1));
+}

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/cache/lamp_pattern.hpp>
+#include <lightmesh/cache/record.hpp>
+#include <lightmesh/fill/ray_ends.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
+#include <lightmesh/segment.hpp>
+#include <lightmesh/support/vectors.hpp>
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <variant>
+
+namespace lightmesh::detail {
+
+/// A light with its size, as rays see it.
+class Lamp {
+public:
+    explicit Lamp(const Light& light) : shape_(shape_of(light)) {
+        std::visit(
+            [this](const auto& kind) {
+                using Kind = std::remove_cvref_t<decltype(kind)>;
+                if constexpr (std::is_same_v<Kind, DirectionalLight>) {
+                    size_ = std::tan(static_cast<double>(kind.angular_radius));
+                } else if constexpr (std::is_same_v<Kind, RectLight>) {
+                    is_rectangle_ = true;
+                    half_u_ = glm::dvec3(kind.half_u);
+                    half_v_ = glm::dvec3(kind.half_v);
+                } else {
+                    size_ = static_cast<double>(kind.radius);
+                }
+            },
+            light);
+        const auto bits = [](float value) -> std::uint64_t {
+            return std::bit_cast<std::uint32_t>(value);
+        };
+        salt_ = mix_bits(bits(shape_.at.x) ^ bits(shape_.at.y) << 21 ^ bits(shape_.at.z) << 42);
+    }
+
+    const LightShape& shape() const { return shape_; }
+    /// Whether one ray says all.
+    bool is_point() const { return !is_rectangle_ && size_ == 0.0; }
+    /// Differs from lamp to lamp.
+    std::uint64_t salt() const { return salt_; }
+
+    /// Whether all of the lamp lies below the plane through a point.
+    bool is_below(const glm::vec3& point, const glm::vec3& unit_normal) const {
+        const glm::dvec3 n(unit_normal);
+        if (shape_.is_directional)
+            return glm::dot(n, glm::dvec3(shape_.at)) < -size_ / std::sqrt(1.0 + size_ * size_);
+        const double height = glm::dot(n, glm::dvec3(shape_.at) - glm::dvec3(point));
+        if (is_rectangle_)
+            return height < -std::abs(glm::dot(n, half_u_)) - std::abs(glm::dot(n, half_v_));
+        return height < -size_;
+    }
+
+    /// The lamp as seen from one point: where rays go.
+    class View {
+    public:
+        /// `turn`: 32 bits that choose a rotation, or a shift, of the pattern. `step`: of the lattice, for
+        /// the ends of rays; `reach`: their greatest length.
+        View(const Lamp& lamp, const glm::vec3& origin, std::uint32_t turn, double step, double reach)
+            : origin_(origin), turn_bits_(turn), is_rectangle_(lamp.is_rectangle_) {
+            const LightShape& shape = lamp.shape_;
+            if (shape.is_directional) {
+                middle_ = glm::dvec3(shape.at) * reach;
+                span_disc(lamp.size_ * reach);
+                return;
+            }
+            middle_ = glm::dvec3(shape.at) - glm::dvec3(origin);
+            const double distance = glm::length(middle_);
+            // Lamps do not shadow themselves: rays end short of the sphere, of the point, of the pane.
+            const auto end = static_cast<double>(end_offset(shape.at, static_cast<float>(step)));
+            const double rest = (std::max)(end, 1.15 * lamp.size_);
+            const double least = lamp.is_point() || lamp.is_rectangle_ ? 0.5 : 0.3;
+            share_ = distance > 0.0 ? (std::max)(least, 1.0 - rest / distance) : 0.0;
+            if (share_ * distance > reach)
+                share_ = reach / distance;
+            if (is_rectangle_) {
+                u_ = lamp.half_u_;
+                v_ = lamp.half_v_;
+            } else {
+                span_disc(lamp.size_);
+            }
+        }
+
+        /// The i-th ray of up to 64.
+        Segment ray(std::size_t i) const {
+            const glm::dvec2 at = is_rectangle_ ? square_point(static_cast<std::uint32_t>(i), turn_bits_)
+                                                : disc_point(i, turn_);
+            return to(middle_ + at.x * u_ + at.y * v_);
+        }
+        Segment middle_ray() const { return to(middle_); }
+
+    private:
+        Segment to(const glm::dvec3& way) const {
+            return {origin_, glm::vec3(glm::dvec3(origin_) + share_ * way)};
+        }
+
+        /// The disc of this radius that faces the origin. Basis: Duff et al., "Building an Orthonormal Basis,
+        /// Revisited" (JCGT 2017).
+        void span_disc(double radius) {
+            if (radius == 0.0)
+                return;
+            const double length = glm::length(middle_);
+            const glm::dvec3 n = length > 0.0 ? middle_ / length : glm::dvec3(0.0, 0.0, 1.0);
+            const double sign = n.z < 0.0 ? -1.0 : 1.0;
+            const double a = -1.0 / (sign + n.z);
+            const double b = n.x * n.y * a;
+            u_ = radius * glm::dvec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
+            v_ = radius * glm::dvec3(b, sign + n.y * n.y * a, -n.y);
+            turn_ = turn_of(turn_bits_);
+        }
+
+        glm::vec3 origin_;
+        std::uint32_t turn_bits_;
+        bool is_rectangle_;
+        double share_ = 1.0;
+        glm::dvec2 turn_{1.0, 0.0};
+        glm::dvec3 middle_{0.0}, u_{0.0}, v_{0.0};
+    };
+
+private:
+    LightShape shape_;
+    bool is_rectangle_ = false;
+    double size_ = 0.0;  ///< radius; of a directional light the tangent of its angle
+    glm::dvec3 half_u_{0.0}, half_v_{0.0};
+    std::uint64_t salt_ = 0;
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace lightmesh::detail {
+
+/// What a record is: fallen onto a surface along one of six ways, in the air at a lattice point, or at the
+/// centre of a cell of four columns (a probe, one for each of the six ways).
+enum class RecordKind : std::uint32_t {
+    fallen = 0,  // + way
+    air = 6,     // + way
+    probe = 12,  // + way
+};
+
+/// The way along which the records of one side of the surfaces fall: -sign * axis.
+struct Way {
+    int axis = 0;
+    float sign = 1.0f;  ///< of the surface's normal along the axis
+
+    std::uint32_t number() const { return static_cast<std::uint32_t>(2 * axis) + (sign < 0.0f ? 1u : 0u); }
+    int u() const { return axis == 2 ? 0 : axis + 1; }
+    int v() const { return axis == 0 ? 2 : axis - 1; }
+    glm::vec3 up() const {
+        glm::vec3 way(0.0f);
+        way[axis] = sign;
+        return way;
+    }
+};
+
+/// A record's lattice point, kind and level: all that its contents depend on, but for the lights.
+struct RecordKey {
+    std::uint32_t words[3] = {};
+
+    RecordKey() = default;
+    RecordKey(const glm::ivec3& index, RecordKind kind, const Way& way, int level) {
+        const std::uint32_t what = static_cast<std::uint32_t>(kind) + way.number();  // 5 bits
+        constexpr std::uint32_t mask = (1u << 27) - 1u;
+        words[0] = (static_cast<std::uint32_t>(index.x) & mask) | what << 27;
+        words[1] = (static_cast<std::uint32_t>(index.y) & mask) | static_cast<std::uint32_t>(level) << 27;
+        words[2] = static_cast<std::uint32_t>(index.z) & mask;
+    }
+
+    int level() const { return static_cast<int>(words[1] >> 27); }
+    bool operator==(const RecordKey& other) const = default;
+};
+
+/// The mixing step of SplitMix64 (Steele, Lea and Flood 2014).
+inline std::uint64_t mix_bits(std::uint64_t bits) {
+    bits = (bits ^ bits >> 30) * 0xbf58476d1ce4e5b9u;
+    bits = (bits ^ bits >> 27) * 0x94d049bb133111ebu;
+    return bits ^ bits >> 31;
+}
+
+inline std::uint64_t hash_of(const RecordKey& key) {
+    return mix_bits((key.words[0] | static_cast<std::uint64_t>(key.words[1]) << 32) ^
+                    key.words[2] * 0x9e3779b97f4a7c15u);
+}
+
+/// A place that visibilities are kept for. Everything but links and rows is final before the record can be
+/// found.
+struct alignas(8) Record {
+    RecordKey key;
+    /// How far it lies from its lattice point along its way, world units; negative: it found no surface, and
+    /// lies at the lattice point.
+    float fall = -1.0f;
+    /// The geometric normal there times 32767, on the side of the lattice point.
+    std::int16_t normal[3] = {};
+    /// Whether the ways to two neighbouring lattice points are known to be free: see `link_bit`.
+    std::atomic<std::uint16_t> links{0};
+    /// The first of its row blocks; 0: none.
+    std::atomic<std::uint32_t> rows{0};
+
+    bool is_on_surface() const { return fall >= 0.0f; }
+    glm::vec3 unit_normal() const { return glm::vec3(normal[0], normal[1], normal[2]) * (1.0f / 32767.0f); }
+    void set_normal(const glm::vec3& unit) {
+        for (int k = 0; k < 3; ++k)
+            normal[k] = static_cast<std::int16_t>(std::lround(unit[k] * 32767.0f));
+    }
+};
+
+/// A lattice point whose record is the one of a nearer lattice point in the same column.
+struct alignas(8) Alias {
+    RecordKey key;
+    std::uint32_t record = 0;
+};
+
+/// The place in `Record::links` of the link to the neighbour at +1 along u (direction 0) or v (1), and at
+/// -1, 0 or +1 along the record's axis; the bit six places higher says that it is open.
+inline int link_bit(int direction, int rise) {
+    return 3 * direction + rise + 1;
+}
+
+}  // namespace lightmesh::detail

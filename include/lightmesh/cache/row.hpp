@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/cache/pool.hpp>
+
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace lightmesh::detail {
+
+/// Lights are handled in tiles of 64, and their visibilities, a byte each, in octets of 8 lights.
+inline constexpr std::size_t lamps_per_tile = 64;
+
+/// The visibilities of a tile of lights at one record, as far as they are known.
+struct TileRow {
+    static constexpr std::size_t no_tile = ~std::size_t{0};
+
+    std::size_t tile = no_tile;  ///< none: the row may change behind this
+    std::uint64_t known = 0;     ///< one bit for each light
+    /// Eight bytes each, the first light's in the lowest; null where no light of the octet is known.
+    std::array<const std::atomic<std::uint64_t>*, 8> octets{};
+
+    std::uint64_t octet(int o) const {
+        return octets[static_cast<std::size_t>(o)]->load(std::memory_order_relaxed);
+    }
+};
+
+/// The octets of the lights in a mask.
+inline std::uint32_t octets_of(std::uint64_t lights) {
+    std::uint32_t octets = 0;
+    for (int o = 0; o < 8; ++o)
+        octets |= static_cast<std::uint32_t>((lights >> 8 * o & 255u) != 0) << o;
+    return octets;
+}
+
+/// The rows of a record: a list of blocks in the pool, each with some neighbouring octets of a tile. A block
+/// is a word {next block: 32 bits, tile: 16, first octet: 8, number of octets: 8}, a word of known lights,
+/// and its octets. Blocks are only ever added, at the head; no two have the same octet. Bytes are 0 until
+/// they are known, and are or-ed in: what two threads find at once is the same.
+class RowList {
+public:
+    RowList(UnitPool& pool, std::atomic<std::uint32_t>& head) : pool_(pool), head_(head) {}
+
+    TileRow gather(std::size_t tile) const {
+        TileRow row;
+        row.tile = tile;
+        for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
+            const std::atomic<std::uint64_t>* block = pool_.at(at);
+            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
+            if (tile_of(header) == tile) {
+                row.known |= block[1].load(std::memory_order_acquire);
+                for (std::size_t o = 0; o < count_of(header); ++o)
+                    row.octets[first_of(header) + o] = block + 2 + o;
+            }
+            at = next_of(header);
+        }
+        return row;
+    }
+
+    /// Adds blocks for octets that have none. Throws std::bad_alloc. Returns the number of octets added.
+    std::size_t make_room(std::size_t tile, std::uint32_t octets) {
+        std::size_t added = 0;
+        for (;;) {
+            const std::uint32_t head = head_.load(std::memory_order_acquire);
+            std::uint32_t there = 0;
+            const TileRow row = gather(tile);
+            for (std::size_t o = 0; o < 8; ++o)
+                there |= static_cast<std::uint32_t>(row.octets[o] != nullptr) << o;
+            const std::uint32_t missing = octets & ~there;
+            if (missing == 0)
+                return added;
+            // From the first missing octet as far as there is none in the way.
+            const int first = std::countr_zero(missing);
+            const std::uint32_t in_the_way = there >> first | 1u << (8 - first);
+            const std::uint32_t wanted = missing >> first & ((1u << std::countr_zero(in_the_way)) - 1u);
+            const auto count = static_cast<std::uint32_t>(std::bit_width(wanted));
+            const std::uint32_t at = pool_.allocate(2 + count);
+            pool_.at(at)[0].store(head | static_cast<std::uint64_t>(tile) << 32 |
+                                      static_cast<std::uint64_t>(first) << 48 |
+                                      static_cast<std::uint64_t>(count) << 56,
+                                  std::memory_order_relaxed);
+            std::uint32_t expected = head;
+            if (head_.compare_exchange_strong(expected, at, std::memory_order_acq_rel))
+                added += count;
+        }
+    }
+
+    /// Makes the values of some lights of a tile known. Their octets have room.
+    void publish(std::size_t tile, std::uint64_t lights,
+                 const std::array<std::uint8_t, lamps_per_tile>& values) {
+        for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
+            std::atomic<std::uint64_t>* block = pool_.at(at);
+            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
+            if (tile_of(header) == tile) {
+                std::uint64_t stored = 0;
+                for (std::size_t o = first_of(header); o < first_of(header) + count_of(header); ++o) {
+                    std::uint64_t bytes = 0;
+                    for (std::size_t b = 0; b < 8; ++b)
+                        if ((lights >> (8 * o + b) & 1u) != 0)
+                            bytes |= static_cast<std::uint64_t>(values[8 * o + b]) << 8 * b;
+                    block[2 + o - first_of(header)].fetch_or(bytes, std::memory_order_relaxed);
+                    stored |= lights & std::uint64_t{255} << 8 * o;
+                }
+                block[1].fetch_or(stored, std::memory_order_release);
+            }
+            at = next_of(header);
+        }
+    }
+
+private:
+    static std::uint32_t next_of(std::uint64_t header) { return static_cast<std::uint32_t>(header); }
+    static std::size_t tile_of(std::uint64_t header) { return header >> 32 & 0xffffu; }
+    static std::size_t first_of(std::uint64_t header) { return header >> 48 & 0xffu; }
+    static std::size_t count_of(std::uint64_t header) { return header >> 56; }
+
+    UnitPool& pool_;
+    std::atomic<std::uint32_t>& head_;
+};
+
+}  // namespace lightmesh::detail

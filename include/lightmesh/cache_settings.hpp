@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <limits>
+
+namespace lightmesh {
+
+/// What a user chooses for a visibility cache.
+struct CacheSettings {
+    /// g, the step of the coarsest lattice of records that is used without a footprint, in world units: in
+    /// (0, 1e18]. Objects much thinner than g keep their shadows by refinement where they are found; a
+    /// quarter of the radius that suits a `LightMesh` is a good choice.
+    float spacing = 0.25f;
+    /// How often g is halved along penumbrae: records lie down to g / 2^detail apart. In [0, 6].
+    int detail = 3;
+    /// Rays to one lamp from one record, at most: in [1, 64]. Sixteen first, the others only if those
+    /// disagree; the two finest of four levels take a half and a quarter. A lamp of size 0 takes one.
+    int lamp_rays = 64;
+    /// One point of all lattices, in world units, of magnitude up to 1e18. NaN, the default, stands for an
+    /// uneven fraction of the step of each level, so that walls at round coordinates do not lie on lattice
+    /// planes.
+    glm::vec3 origin{std::numeric_limits<float>::quiet_NaN()};
+    /// Bytes beyond which nothing new is kept: queries still give the same values, but find them anew each
+    /// time. It may be passed by what is reserved at once, about a megabyte.
+    std::size_t memory_budget = (std::numeric_limits<std::size_t>::max)();
+    /// Whether rays from the point itself decide where the finest records still disagree: sharp edges for
+    /// small lamps, at up to `lamp_rays` rays for each point and light on such an edge, always.
+    bool exact_edges = false;
+};
+
+}  // namespace lightmesh

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/cache/query.hpp>
+#include <lightmesh/cache/store.hpp>
+#include <lightmesh/cache_settings.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/statistics.hpp>
+#include <lightmesh/surface_point.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace lightmesh {
+
+/// Penumbrae of lamps with sizes. Keeps, for places on surfaces, which share of each lamp is open, in bytes,
+/// and blends four such records for a point between them. Where records differ, finer ones are made: along
+/// penumbrae, down to `CacheSettings::spacing` / 2^`detail`. After Ward, Rubinstein and Clear, "A Ray Tracing
+/// Solution for Diffuse Interreflection" (SIGGRAPH 1988), and Popov et al., "Adaptive Quantization Visibility
+/// Caching" (Eurographics 2013).
+///
+///     lightmesh::VisibilityCache cache{MyTracer{scene}, lights, lightmesh::CacheSettings{.spacing = 0.1f}};
+///     cache.visibility(P, normal, shares);  // a float for each light
+///
+/// Lamps are those of `lights.hpp`: spheres by `radius`, discs of the sky by `angular_radius`, rectangles. Of
+/// a lamp of size 0 the cache keeps whether it is visible: an edge as sharp as `detail` allows. Rays end 1.15
+/// radii short of a sphere's centre, at most 70 % of the way, so that a fixture does not hide its own lamp.
+///
+/// A cache starts empty and fills itself as it is queried, light by light. All queries are const and may be
+/// called from any number of threads at once; their results depend neither on the number of threads, nor on
+/// the order of queries, nor on other lights. A query for what is known allocates nothing; one that is the
+/// first to touch some part of a surface may add memory (and throw std::bad_alloc). An exception of the
+/// adapter leaves through the query, and nothing of the interrupted work is kept. Lights, settings and the
+/// scene behind the adapter are fixed for the life of a cache.
+///
+/// In a query, a point is a surface point in world units, a normal the geometric normal there on the side
+/// that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero normal
+/// gives rays from the point itself, with no chi. A finite point beyond 2^25 of the finest steps throws
+/// std::out_of_range. As in equation (3), S = 0 where a light's centre is below the tangent plane, out of
+/// range, or where the point is outside its cone or behind a rectangle.
+template <class Tracer, class Rows = LampRows>
+class VisibilityCache {
+    static_assert(check_intersector<Tracer>());
+
+public:
+    /// Copies adapter and lights. Any number of lights up to 2^22, also none. Throws std::invalid_argument
+    /// that names the value for settings out of range and lights that are not finite.
+    VisibilityCache(Tracer tracer, std::span<const Light> lights,
+                    const CacheSettings& settings) requires std::same_as<Rows, LampRows>
+        : store_(std::make_unique<const Store>(std::move(tracer), LampRows{}, lights, settings)) {}
+
+    /// S of equation (3) at records on surfaces, from a light mesh, which the cache owns: the published blur
+    /// without steps. `Mesh` has `tracer()`, `lights()` and `visibility(P, n, span)`.
+    template <class Mesh>
+    VisibilityCache(Mesh mesh, const CacheSettings& settings) requires std::same_as<Rows, MeshRows<Mesh>>
+        : store_(make_store(std::move(mesh), settings)) {}
+
+    /// Number of lights: the columns of a query's result.
+    std::size_t light_count() const { return store_->lamps().size(); }
+    /// As they were passed in.
+    const CacheSettings& settings() const { return store_->settings(); }
+    /// The light mesh of blur rows.
+    const auto& mesh() const requires(!std::same_as<Rows, LampRows>) { return store_->rows().mesh; }
+
+    /// S_i(P) for one light: the share of it that is visible, 0 to 1. Throws std::out_of_range for a light
+    /// that is not there.
+    float visibility(const SurfacePoint& point, std::size_t light) const {
+        if (light >= light_count())
+            throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) +
+                                    "; the cache has " + std::to_string(light_count()));
+        return Query(*store_).one(point, light);
+    }
+    float visibility(const glm::vec3& point, const glm::vec3& normal, std::size_t light) const {
+        return visibility(SurfacePoint{.position = point, .normal = normal}, light);
+    }
+
+    /// S_i(P) of every light. Throws std::invalid_argument if `all` does not have exactly `light_count()`
+    /// places.
+    void visibility(const SurfacePoint& point, std::span<float> all) const {
+        check_size("visibilities", all.size(), light_count());
+        Query(*store_).all(point, all);
+    }
+    void visibility(const glm::vec3& point, const glm::vec3& normal, std::span<float> all) const {
+        visibility(SurfacePoint{.position = point, .normal = normal}, all);
+    }
+
+    /// S_i(P) of every light for many points, which share what they find if they are near to each other (a
+    /// tile of pixels): the same values, faster. `all` is row-major, a row of `light_count()` for each point.
+    /// Throws std::invalid_argument unless there are as many rows, and normals, as points.
+    void visibility(std::span<const SurfacePoint> points, std::span<float> all) const {
+        check_size("visibilities", all.size(), points.size() * light_count());
+        Query query(*store_);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            query.all(points[i], all.subspan(i * light_count(), light_count()));
+    }
+    void visibility(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
+                    std::span<float> all) const {
+        check_size("normals", normals.size(), points.size());
+        check_size("visibilities", all.size(), points.size() * light_count());
+        Query query(*store_);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            query.all(SurfacePoint{.position = points[i], .normal = normals[i]},
+                      all.subspan(i * light_count(), light_count()));
+    }
+
+    /// What the cache holds by now, without its mesh.
+    CacheStatistics statistics() const { return store_->statistics(); }
+
+private:
+    using Store = detail::CacheStore<Tracer, Rows>;
+    using Query = detail::CacheQuery<Store>;
+
+    template <class Mesh>
+    static std::unique_ptr<const Store> make_store(Mesh mesh, const CacheSettings& settings) {
+        Tracer tracer = mesh.tracer();
+        const std::vector<Light> lights(mesh.lights().begin(), mesh.lights().end());
+        return std::make_unique<const Store>(std::move(tracer), Rows{std::move(mesh)}, lights, settings);
+    }
+    static void check_size(const char* what, std::size_t size, std::size_t expected) {
+        if (size != expected)
+            throw std::invalid_argument("lightmesh: the span of " + std::string(what) + " has " +
+                                        std::to_string(size) + " places; it must have " +
+                                        std::to_string(expected));
+    }
+
+    std::unique_ptr<const Store> store_;
+};
+
+/// Lamps, from any contiguous range.
+template <class Tracer, class Lights>
+VisibilityCache(Tracer, const Lights&, CacheSettings) -> VisibilityCache<Tracer>;
+
+/// The blur of a light mesh.
+template <class Mesh>
+VisibilityCache(Mesh, CacheSettings)
+    -> VisibilityCache<std::remove_cvref_t<decltype(std::declval<const Mesh&>().tracer())>, MeshRows<Mesh>>;
+
+}  // namespace lightmesh

@@ -1,0 +1,502 @@
+// SPDX-License-Identifier: MIT
+#include "plain.hpp"
+#include "random_scene.hpp"
+
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/visibility_cache.hpp>
+
+#include <doctest/doctest.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <latch>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <thread>
+#include <variant>
+#include <vector>
+
+namespace {
+
+using lightmesh::CacheSettings;
+using lightmesh::Light;
+using lightmesh::Segment;
+using lightmesh::VisibilityCache;
+using test::Vec;
+
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+/// Knows where segments meet surfaces.
+struct HitTracer {
+    const std::vector<test::Triangle>* triangles;
+
+    bool occluded(const Segment& segment) const { return test::PlainTracer{triangles}.occluded(segment); }
+    std::optional<lightmesh::Hit> closest_hit(const Segment& segment) const {
+        const Vec origin(segment.origin);
+        const Vec way = Vec(segment.target) - origin;
+        double nearest = 2.0;
+        Vec normal(0.0);
+        for (const test::Triangle& t : *triangles) {
+            if (!test::crosses(origin, Vec(segment.target), t))
+                continue;
+            const Vec n = glm::cross(t.b - t.a, t.c - t.a);
+            const double at = glm::dot(t.a - origin, n) / glm::dot(way, n);
+            if (at < nearest) {
+                nearest = at;
+                normal = glm::normalize(n);
+            }
+        }
+        if (nearest > 1.0)
+            return std::nullopt;
+        return lightmesh::Hit{static_cast<float>(nearest * glm::length(way)), glm::vec3(normal)};
+    }
+};
+
+/// The share of a lamp that is open, by many rays in double: plain, without any pattern of the library.
+double share_of(const std::vector<test::Triangle>& scene, const Light& light, const Vec& point,
+                const Vec& normal, int count, test::Random& random) {
+    const Vec from = point + 1e-5 * normal;
+    int open = 0;
+    for (int i = 0; i < count; ++i) {
+        Vec to(0.0);
+        double share = 1.0;
+        const double ring = std::sqrt((i + random.uniform(0.0, 1.0)) / count);
+        const double turn = 2.0 * std::numbers::pi * random.uniform(0.0, 1.0);
+        const auto on_disc = [&](const Vec& axis, double radius) {
+            const Vec other = std::abs(axis.z) < 0.9 ? Vec(0, 0, 1) : Vec(1, 0, 0);
+            const Vec right = glm::normalize(glm::cross(axis, other));
+            return radius * ring * (std::cos(turn) * right + std::sin(turn) * glm::cross(right, axis));
+        };
+        if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&light)) {
+            const Vec axis = -glm::normalize(Vec(sun->direction));
+            to = from + 100.0 * (axis + on_disc(axis, std::tan(static_cast<double>(sun->angular_radius))));
+        } else if (const auto* pane = std::get_if<lightmesh::RectLight>(&light)) {
+            to = Vec(pane->position) + random.uniform(-1.0, 1.0) * Vec(pane->half_u) +
+                 random.uniform(-1.0, 1.0) * Vec(pane->half_v);
+            share = 0.9999;
+        } else {
+            const auto& lamp = std::get<lightmesh::PointLight>(light);
+            const Vec way = Vec(lamp.position) - from;
+            const double distance = glm::length(way);
+            to = Vec(lamp.position) + on_disc(way / distance, static_cast<double>(lamp.radius));
+            share = std::max(0.3, 1.0 - 1.15 * static_cast<double>(lamp.radius) / distance);
+        }
+        open += test::blocked(from, from + share * (to - from), scene) ? 0 : 1;
+    }
+    return static_cast<double>(open) / count;
+}
+
+struct Errors {
+    double mean = 0.0;
+    double misses = 0.0;  ///< share beyond .3
+};
+
+template <class Cache>
+Errors errors_of(const Cache& cache, const std::vector<test::Triangle>& scene,
+                 const std::vector<Light>& lights, const std::vector<test::SurfacePoint>& points) {
+    Errors errors;
+    double pairs = 0.0;
+    test::Random random(77);
+    for (const test::SurfacePoint& point : points) {
+        for (std::size_t l = 0; l < lights.size(); ++l) {
+            const float found = cache.visibility(point.position, point.normal, l);
+            CHECK(found >= 0.0f);
+            CHECK(found <= 1.0f);
+            Vec way(0.0);
+            if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lights[l]))
+                way = -Vec(sun->direction);
+            else if (const auto* pane = std::get_if<lightmesh::RectLight>(&lights[l]))
+                way = Vec(pane->position) - Vec(point.position);
+            else
+                way = Vec(std::get<lightmesh::PointLight>(lights[l]).position) - Vec(point.position);
+            if (glm::dot(way, Vec(point.normal)) < 0.0) {
+                CHECK(found == 0.0f);
+                continue;
+            }
+            if (const auto* pane = std::get_if<lightmesh::RectLight>(&lights[l]))
+                if (glm::dot(way, glm::cross(Vec(pane->half_u), Vec(pane->half_v))) > 0.0) {
+                    CHECK(found == 0.0f);
+                    continue;
+                }
+            const double error =
+                std::abs(static_cast<double>(found) -
+                         share_of(scene, lights[l], Vec(point.position), Vec(point.normal), 256, random));
+            errors.mean += error;
+            errors.misses += error > 0.3 ? 1.0 : 0.0;
+            pairs += 1.0;
+        }
+    }
+    errors.mean /= pairs;
+    errors.misses /= pairs;
+    return errors;
+}
+
+struct Work {
+    std::vector<test::Triangle> scene;
+    std::vector<Light> lights;
+    std::vector<test::SurfacePoint> points;
+};
+
+/// Boxes on a floor under three sphere lamps, a sun and a pane.
+Work boxes(std::uint64_t seed, int points) {
+    test::Random random(seed);
+    Work work;
+    work.scene = test::boxes_on_floor(random, 5);
+    for (int i = 0; i < 3; ++i)
+        work.lights.push_back(lightmesh::PointLight{
+            .position = glm::vec3(random.in_box({-4.0, -4.0, 2.0}, {4.0, 4.0, 4.5})), .radius = 0.4f});
+    work.lights.push_back(lightmesh::DirectionalLight{{0.3f, 0.5f, -1.0f}, 0.05f});
+    work.lights.push_back(lightmesh::RectLight{
+        .position = {0.0f, 0.0f, 4.0f}, .half_u = {0.0f, 1.0f, 0.0f}, .half_v = {0.6f, 0.0f, 0.1f}});
+    work.points = test::surface_points(random, work.scene, points);
+    return work;
+}
+
+std::vector<float> values_of(const auto& cache, const std::vector<test::SurfacePoint>& points) {
+    std::vector<glm::vec3> positions, normals;
+    for (const test::SurfacePoint& point : points) {
+        positions.push_back(point.position);
+        normals.push_back(point.normal);
+    }
+    std::vector<float> all(points.size() * cache.light_count());
+    cache.visibility(positions, normals, all);
+    return all;
+}
+
+/// A floor of 20 x 20 at z = 0.
+std::vector<test::Triangle> floor_scene() {
+    std::vector<test::Triangle> scene;
+    test::add_quad(scene, {-10, -10, 0}, {20, 0, 0}, {0, 20, 0});
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("visibility cache: near to lamps of 256 rays") {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        const Work work = boxes(seed, 120);
+        const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
+        const Errors errors = errors_of(cache, work.scene, work.lights, work.points);
+        CAPTURE(seed);
+        CHECK(errors.mean < 0.02);
+        CHECK(errors.misses < 0.015);
+    }
+}
+
+TEST_CASE("visibility cache: without closest_hit records are found by bisection") {
+    const Work work = boxes(4, 60);
+    const VisibilityCache cache{test::PlainTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
+    const Errors errors = errors_of(cache, work.scene, work.lights, work.points);
+    CHECK(errors.mean < 0.02);
+    CHECK(errors.misses < 0.02);
+    CHECK(cache.statistics().place_rays > 10 * cache.statistics().records);
+}
+
+TEST_CASE(
+    "visibility cache: the same bits in any order, on any number of threads, whatever the other lights") {
+    Work work = boxes(5, 60);
+    const CacheSettings settings{.spacing = 0.3f};
+    const VisibilityCache one{HitTracer{&work.scene}, work.lights, settings};
+    const std::vector<float> expected = values_of(one, work.points);
+    const std::size_t lights = work.lights.size();
+
+    const VisibilityCache many{HitTracer{&work.scene}, work.lights, settings};
+    std::atomic<int> wrong{0};
+    {
+        std::latch start(4);
+        std::vector<std::jthread> threads;
+        for (std::uint64_t t = 0; t < 4; ++t)
+            threads.emplace_back([&, t] {
+                std::vector<std::size_t> order;
+                for (std::size_t i = 0; i < work.points.size(); ++i)
+                    order.push_back(i);
+                test::Random random(t);
+                random.shuffle(order);
+                start.arrive_and_wait();
+                std::vector<float> all(lights);
+                for (const std::size_t i : order) {
+                    many.visibility(work.points[i].position, work.points[i].normal, all);
+                    if (!std::equal(all.begin(), all.end(),
+                                    expected.begin() + static_cast<std::ptrdiff_t>(i * lights)))
+                        ++wrong;
+                }
+            });
+    }
+    CHECK(wrong == 0);
+
+    std::vector<Light> others;
+    for (int i = 0; i < 70; ++i)
+        others.push_back(lightmesh::PointLight{.position = {0.1f * static_cast<float>(i), 0.0f, 3.0f}});
+    others.insert(others.end(), work.lights.begin(), work.lights.end());
+    const VisibilityCache more{HitTracer{&work.scene}, others, settings};
+    for (std::size_t i = work.points.size(); i-- > 0;)
+        for (std::size_t l = 0; l < lights; ++l)
+            CHECK(more.visibility(work.points[i].position, work.points[i].normal, 70 + l) ==
+                  expected[i * lights + l]);
+
+    const VisibilityCache forgetful{HitTracer{&work.scene}, work.lights,
+                                    CacheSettings{.spacing = 0.3f, .memory_budget = 0}};
+    const std::size_t few = 8;
+    const std::vector<test::SurfacePoint> first(work.points.begin(), work.points.begin() + few);
+    const std::vector<float> again = values_of(forgetful, first);
+    CHECK(std::equal(again.begin(), again.end(), expected.begin()));
+    CHECK(forgetful.statistics().records == 0);
+    CHECK(one.statistics().records > 100);
+}
+
+TEST_CASE("visibility cache: no light leaves a closed box") {
+    for (const float spacing : {0.2f, 1.0f}) {
+        std::vector<test::Triangle> scene = floor_scene();
+        test::add_box(scene, {-1.0, -1.2, 0.0}, {1.3, 1.1, 1.7});
+        // A tilted pyramid of its own, walls without thickness.
+        const Vec a(3.0, 0.2, 0.0), b(5.0, 0.3, 0.1), c(4.0, 2.1, 0.05), d(4.1, 0.9, 2.0);
+        for (const auto& [p, q, r] :
+             {std::array{a, b, c}, std::array{a, b, d}, std::array{b, c, d}, std::array{c, a, d}})
+            scene.push_back(test::rounded(p, q, r));
+        const std::vector<Light> lights{
+            lightmesh::PointLight{.position = {0.1f, 0.0f, 0.8f}, .radius = 0.3f},
+            lightmesh::PointLight{.position = {4.0f, 0.8f, 0.6f}, .radius = 0.1f}};
+        const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = spacing}};
+        test::Random random(3);
+        const Vec outer(0.1, -0.1, 0.8);
+        for (const test::SurfacePoint& point : test::surface_points(random, scene, 3000)) {
+            const glm::dvec3 p(point.position);
+            const bool in_box = p.x > -1.001 && p.x < 1.301 && p.y > -1.201 && p.y < 1.101 && p.z > -0.1;
+            const bool on_floor = std::abs(p.z) < 1e-6;
+            if (on_floor && point.normal.z < 0.0f)
+                continue;
+            // Outer sides of the box look away from its middle.
+            const bool outside =
+                !in_box || (!on_floor && glm::dot(glm::dvec3(point.normal), p - outer) > 0.0);
+            if (outside)
+                CHECK(cache.visibility(point.position, point.normal, 0) == 0.0f);
+        }
+        CHECK(cache.visibility(glm::vec3(0.5f, 0.5f, 0.0f), glm::vec3(0, 0, 1), 0) == 1.0f);
+        // On the floor about the pyramid.
+        for (int i = 0; i < 500; ++i) {
+            const double angle = 0.0125 * i;
+            const glm::vec3 point(4.0 + 2.1 * std::cos(angle), 1.0 + 2.1 * std::sin(angle), 0.0);
+            CHECK(cache.visibility(point, glm::vec3(0, 0, 1), 1) == 0.0f);
+        }
+    }
+}
+
+TEST_CASE("visibility cache: a sheet close over a floor keeps its light to itself") {
+    for (const double height : {0.01, 0.03, 0.1, 0.24, 0.35}) {
+        std::vector<test::Triangle> scene = floor_scene();
+        test::add_quad(scene, {-4.0, -4.0, height}, {8.0, 0.0, 0.0}, {0.0, 8.0, 0.0});
+        const std::vector<Light> lights{
+            lightmesh::PointLight{.position = {0.3f, 0.1f, 5.0f}, .radius = 0.5f}};
+        const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
+        test::Random random(9);
+        CAPTURE(height);
+        for (int i = 0; i < 300; ++i) {
+            const glm::vec3 below(random.in_box({-3.0, -3.0, 0.0}, {3.0, 3.0, 0.0}));
+            const glm::vec3 above = below + glm::vec3(0.0f, 0.0f, static_cast<float>(height));
+            CHECK(cache.visibility(below, glm::vec3(0, 0, 1), 0) == 0.0f);
+            CHECK(cache.visibility(above, glm::vec3(0, 0, 1), 0) == 1.0f);
+        }
+    }
+}
+
+TEST_CASE("visibility cache: a slow walk meets no step") {
+    std::vector<test::Triangle> scene = floor_scene();
+    test::add_box(scene, {-1.0, -0.7, 0.8}, {1.0, 0.9, 0.9});
+    const std::vector<Light> lights{lightmesh::PointLight{.position = {0.5f, 0.2f, 4.0f}, .radius = 0.5f}};
+    // One on the floor, one on a slope between two axes.
+    for (const double slope : {0.0, 1.0}) {
+        const glm::vec3 normal(glm::normalize(Vec(-slope, 0.0, 1.0)));
+        std::vector<test::Triangle> tilted = scene;
+        if (slope > 0.0)
+            test::add_quad(tilted, {-8.0, -8.0, -8.0 * slope - 1.0}, {16.0, 0.0, 16.0 * slope},
+                           {0.0, 16.0, 0.0});
+        const VisibilityCache cache{HitTracer{&tilted}, lights, CacheSettings{.spacing = 0.25f}};
+        float before = not_a_number;
+        float largest = 0.0f;
+        for (int i = 0; i < 12000; ++i) {
+            const double x = -1.8 + 0.25e-3 * i * 1.1;
+            if (slope > 0.0 && slope * x - 1.0 > -0.02)
+                break;
+            const glm::vec3 point(x, -0.9 + 0.3 * x, slope > 0.0 ? slope * x - 1.0 : 0.0);
+            const float now = cache.visibility(point, normal, 0);
+            if (i > 0)
+                largest = std::max(largest, std::abs(now - before));
+            before = now;
+        }
+        CAPTURE(slope);
+        CHECK(largest < 0.01f);
+    }
+}
+
+TEST_CASE("visibility cache: footprints choose levels, and nothing pops") {
+    const Work work = boxes(6, 40);
+    const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
+    for (const test::SurfacePoint& point : work.points) {
+        float before = not_a_number;
+        float largest = 0.0f;
+        for (float footprint = 0.01f; footprint < 2.0f; footprint *= 1.002f) {
+            const float now = cache.visibility(lightmesh::SurfacePoint{.position = point.position,
+                                                                       .normal = point.normal,
+                                                                       .footprint = footprint},
+                                               0);
+            if (!std::isnan(before))
+                largest = std::max(largest, std::abs(now - before));
+            before = now;
+        }
+        CHECK(largest < 0.03f);
+        CHECK(cache.visibility(lightmesh::SurfacePoint{point.position, point.normal, not_a_number}, 1) ==
+              cache.visibility(point.position, point.normal, 1));
+    }
+    const lightmesh::CacheStatistics held = cache.statistics();
+    CHECK(held.records_of_level[8] > 0);
+    CHECK(held.records_of_level[9] > 0);
+}
+
+TEST_CASE("visibility cache: a scene of another size, by a power of two, gives the same bits") {
+    const Work work = boxes(7, 40);
+    const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
+    const std::vector<float> expected = values_of(cache, work.points);
+    for (const float scale : {0x1p-14f, 0x1p20f}) {
+        Work scaled = work;
+        for (test::Triangle& t : scaled.scene)
+            for (Vec* corner : {&t.a, &t.b, &t.c})
+                *corner *= static_cast<double>(scale);
+        for (test::SurfacePoint& point : scaled.points)
+            point.position *= scale;
+        for (Light& light : scaled.lights) {
+            if (auto* lamp = std::get_if<lightmesh::PointLight>(&light)) {
+                lamp->position *= scale;
+                lamp->radius *= scale;
+            } else if (auto* pane = std::get_if<lightmesh::RectLight>(&light)) {
+                pane->position *= scale;
+                pane->half_u *= scale;
+                pane->half_v *= scale;
+            }
+        }
+        const VisibilityCache other{HitTracer{&scaled.scene}, scaled.lights,
+                                    CacheSettings{.spacing = 0.25f * scale}};
+        const std::vector<float> found = values_of(other, scaled.points);
+        double difference = 0.0;
+        for (std::size_t i = 0; i < found.size(); ++i)
+            difference += std::abs(static_cast<double>(found[i] - expected[i]));
+        // Patterns are turned by the lamps' coordinates: not the same turns.
+        CHECK(difference / static_cast<double>(found.size()) < 0.005);
+    }
+}
+
+TEST_CASE("visibility cache: what fails leaves nothing half-made") {
+    const Work work = boxes(8, 40);
+    struct Unreliable : HitTracer {
+        std::atomic<int>* calls;
+        int every;
+        void fail() const {
+            if (++*calls % every == 0)
+                throw std::runtime_error("the tracer fails");
+        }
+        bool occluded(const Segment& segment) const {
+            fail();
+            return HitTracer::occluded(segment);
+        }
+        std::optional<lightmesh::Hit> closest_hit(const Segment& segment) const {
+            fail();
+            return HitTracer::closest_hit(segment);
+        }
+    };
+    const CacheSettings settings{.spacing = 0.3f};
+    const VisibilityCache calm{HitTracer{&work.scene}, work.lights, settings};
+    const std::vector<float> expected = values_of(calm, work.points);
+    std::atomic<int> calls{0};
+    const VisibilityCache cache{Unreliable{{&work.scene}, &calls, 503}, work.lights, settings};
+    int failures = 0;
+    std::vector<float> all(work.lights.size());
+    for (std::size_t i = 0; i < work.points.size(); ++i) {
+        for (;;) {
+            try {
+                cache.visibility(work.points[i].position, work.points[i].normal, all);
+                break;
+            } catch (const std::runtime_error&) {
+                ++failures;
+            }
+        }
+        CHECK(std::equal(all.begin(), all.end(),
+                         expected.begin() + static_cast<std::ptrdiff_t>(i * work.lights.size())));
+    }
+    CHECK(failures > 5);
+}
+
+TEST_CASE("visibility cache: points at the border of what is allowed") {
+    const std::vector<test::Triangle> scene = floor_scene();
+    const std::vector<Light> lights{
+        lightmesh::PointLight{.position = {0.0f, 0.0f, 3.0f}, .range = 5.0f, .radius = 0.2f},
+        lightmesh::SpotLight{.position = {0.0f, 0.0f, 3.0f}, .cone = 0.3f, .radius = 0.2f}};
+    const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{}};
+    const glm::vec3 up(0.0f, 0.0f, 1.0f);
+    CHECK(std::isnan(cache.visibility(glm::vec3(not_a_number, 0.0f, 0.0f), up, 0)));
+    CHECK(std::isnan(cache.visibility(glm::vec3(0.0f), glm::vec3(0.0f, not_a_number, 0.0f), 0)));
+    CHECK_THROWS_AS((void)cache.visibility(glm::vec3(1e9f, 0.0f, 0.0f), up, 0), std::out_of_range);
+    CHECK_THROWS_AS((void)cache.visibility(glm::vec3(0.0f), up, 2), std::out_of_range);
+    std::vector<float> wrong(3);
+    CHECK_THROWS_AS(cache.visibility(glm::vec3(0.0f), up, wrong), std::invalid_argument);
+    CHECK(cache.visibility(glm::vec3(0.0f), up, 0) == 1.0f);
+    CHECK(cache.visibility(glm::vec3(0.0f), 1e-3f * up, 0) == 1.0f);
+    CHECK(cache.visibility(glm::vec3(0.0f), -up, 0) == 0.0f);
+    CHECK(cache.visibility(glm::vec3(0.0f, 0.0f, 1.0f), glm::vec3(0.0f), 0) == 1.0f);
+    CHECK(cache.visibility(glm::vec3(4.5f, 0.0f, 0.0f), up, 0) == 0.0f);  // out of range
+    CHECK(cache.visibility(glm::vec3(3.0f, 0.0f, 0.0f), up, 0) == 1.0f);
+    CHECK(cache.visibility(glm::vec3(0.5f, 0.0f, 0.0f), up, 1) == 1.0f);
+    CHECK(cache.visibility(glm::vec3(1.5f, 0.0f, 0.0f), up, 1) == 0.0f);  // outside the cone
+    for (const CacheSettings& settings :
+         {CacheSettings{.spacing = 0.0f}, CacheSettings{.spacing = not_a_number}, CacheSettings{.detail = 7},
+          CacheSettings{.detail = -1}, CacheSettings{.lamp_rays = 0}, CacheSettings{.lamp_rays = 65},
+          CacheSettings{.origin = {not_a_number, 0.0f, 0.0f}}})
+        CHECK_THROWS_AS((VisibilityCache{HitTracer{&scene}, lights, settings}), std::invalid_argument);
+    const VisibilityCache dark{HitTracer{&scene}, std::vector<Light>{}, CacheSettings{}};
+    CHECK(dark.light_count() == 0);
+    dark.visibility(glm::vec3(0.0f), up, std::span<float>());
+}
+
+TEST_CASE("visibility cache: exact edges decide by rays where records disagree") {
+    std::vector<test::Triangle> scene = floor_scene();
+    test::add_box(scene, {-1.0, -1.0, 1.0}, {1.0, 1.0, 1.1});
+    const std::vector<Light> lights{lightmesh::PointLight{.position = {0.3f, 0.2f, 4.0f}}};
+    const VisibilityCache blurred{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.5f, .detail = 1}};
+    const VisibilityCache sharp{HitTracer{&scene}, lights,
+                                CacheSettings{.spacing = 0.5f, .detail = 1, .exact_edges = true}};
+    int wrong_blurred = 0;
+    int wrong_sharp = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const glm::vec3 point(-2.5f + 0.0025f * static_cast<float>(i), 0.1f, 0.0f);
+        const bool open = !test::blocked(Vec(point) + Vec(0, 0, 1e-4), Vec(0.3f, 0.2f, 4.0f), scene);
+        const float expected = open ? 1.0f : 0.0f;
+        wrong_blurred +=
+            std::abs(blurred.visibility(point, glm::vec3(0, 0, 1), 0) - expected) > 0.45f ? 1 : 0;
+        wrong_sharp += std::abs(sharp.visibility(point, glm::vec3(0, 0, 1), 0) - expected) > 0.45f ? 1 : 0;
+    }
+    CHECK(wrong_blurred > 5);
+    CHECK(wrong_sharp == 0);
+}
+
+TEST_CASE("visibility cache: blur rows are the light mesh, continuous") {
+    std::vector<test::Triangle> scene = floor_scene();
+    test::add_box(scene, {-1.0, -1.0, 0.8}, {1.0, 1.0, 0.9});
+    const std::vector<Light> lights{lightmesh::PointLight{.position = {0.3f, 0.2f, 4.0f}}};
+    const lightmesh::Settings settings{.radius = 0.5f};
+    const VisibilityCache blur{lightmesh::LightMesh{HitTracer{&scene}, lights, settings},
+                               CacheSettings{.spacing = 0.125f}};
+    const lightmesh::LightMesh mesh{HitTracer{&scene}, lights, settings};
+    double difference = 0.0;
+    for (int i = 0; i < 300; ++i) {
+        const glm::vec3 point(-2.0f + 0.0133f * static_cast<float>(i), 0.1f, 0.0f);
+        difference += static_cast<double>(std::abs(blur.visibility(point, glm::vec3(0, 0, 1), 0) -
+                                                   mesh.visibility(point, glm::vec3(0, 0, 1), 0)));
+    }
+    CHECK(difference / 300.0 < 0.02);
+    CHECK(blur.mesh().statistics().light_points > 0);
+}
