@@ -237,10 +237,10 @@ private:
         return found;
     }
 
-    /// The linked short test: a light point next to P that P sees, its seed, and all of D that can be reached
-    /// from there over open links, each step leading away from it. Links play no part farther than q + 1
-    /// steps from the seed, and what lies there is doubtful. One doubt about a link makes all light points
-    /// doubtful.
+    /// The linked short test: light points next to P that P sees, seeds, one after the other until a quarter
+    /// of D can be reached from them over open links, each step leading away from its seed. Links play no
+    /// part farther than q + 1 steps from a seed, and what lies there is doubtful. One doubt about a seed, a
+    /// link, or the quarter makes all light points doubtful.
     std::vector<Neighbour> linked(const Vec& point, const Vec& n, std::vector<Neighbour> inside) const {
         std::vector<Neighbour> doubtful = inside;
         for (Neighbour& x : doubtful)
@@ -248,24 +248,41 @@ private:
         for (const Neighbour& x : inside)
             if (x.belongs == Answer::unsure)
                 return doubtful;
+        const std::optional<std::vector<Index>> seeds = seeds_of(point, n, inside);
+        if (!seeds)
+            return doubtful;
 
-        const auto [seed, sees_seed] = seed_of(point, n, inside);
-        if (sees_seed == Answer::unsure)
-            return doubtful;
-        if (sees_seed == Answer::no)
-            return {};
-        const std::optional<std::set<Index>> reached = reach_of(seed);
-        if (!reached)
-            return doubtful;
-        std::vector<Neighbour> found;
-        for (Neighbour& x : inside) {
-            const Index index = index_of(x.position);
-            if (!is_near(index, seed))
-                x.belongs = Answer::unsure;
-            else if (!reached->contains(index))
+        std::vector<Answer> reached(inside.size(), Answer::no);
+        for (const Index& seed : *seeds) {
+            const Answer sees_seed =
+                sees(surface_end(point, n), position_of(seed), triangles_, segment_band_);
+            if (sees_seed == Answer::unsure)
+                return doubtful;
+            if (sees_seed == Answer::no)
                 continue;
-            found.push_back(x);
+            const std::optional<std::set<Index>> from_seed = reach_of(seed);
+            if (!from_seed)
+                return doubtful;
+            std::size_t least = 0;
+            std::size_t most = 0;
+            for (std::size_t i = 0; i < inside.size(); ++i) {
+                const Index index = index_of(inside[i].position);
+                if (from_seed->contains(index))
+                    reached[i] = Answer::yes;
+                else if (!is_near(index, seed) && reached[i] == Answer::no)
+                    reached[i] = Answer::unsure;
+                least += reached[i] == Answer::yes;
+                most += reached[i] != Answer::no;
+            }
+            if (4 * least >= inside.size())
+                break;
+            if (4 * most >= inside.size())
+                return doubtful;
         }
+        std::vector<Neighbour> found;
+        for (std::size_t i = 0; i < inside.size(); ++i)
+            if (reached[i] != Answer::no)
+                found.push_back({inside[i].position, reached[i]});
         return found;
     }
 
@@ -313,15 +330,15 @@ private:
         return reached;
     }
 
-    /// The first light point that P sees, of the corners of the grid cube just above its tangent plane: even
-    /// ones first, near ones before far ones.
-    std::pair<Index, Answer> seed_of(const Vec& point, const Vec& n,
-                                     const std::vector<Neighbour>& inside) const {
-        const Vec above = point + (step_ * 0x1p-8 + largest_coordinate(point) * 0x1p-20) * n;
+    /// The corners of the grid cube just above P's tangent plane that belong to the hemisphere: even ones
+    /// first, near ones before far ones; nothing if that is in doubt.
+    std::optional<std::vector<Index>> seeds_of(const Vec& point, const Vec& n,
+                                               const std::vector<Neighbour>& inside) const {
+        const Vec above = point + step_ * seed_height(point) * n;
         const Vec in_steps = (above - origin_) / step_;
         const auto to_plane = glm::abs(in_steps - glm::round(in_steps));
         if ((std::min)({to_plane.x, to_plane.y, to_plane.z}) < 1e-6)
-            return {{}, Answer::unsure};  // Which cube?
+            return std::nullopt;  // Which cube?
 
         std::vector<std::size_t> around;
         for (std::size_t i = 0; i < inside.size(); ++i)
@@ -334,15 +351,18 @@ private:
         };
         std::sort(around.begin(), around.end(),
                   [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
+        std::vector<Index> seeds;
         for (std::size_t i = 0; i < around.size(); ++i) {
-            if (i + 1 < around.size() && rank(around[i + 1]) - rank(around[i]) < 1e-5 * step_)
-                return {{}, Answer::unsure};
-            const Vec& position = inside[around[i]].position;
-            const Answer seen = sees(surface_end(point, n), position, triangles_, segment_band_);
-            if (seen != Answer::no)
-                return {index_of(position), seen};
+            if (i + 1 < around.size() && rank(around[i + 1]) - rank(around[i]) < 4e-3 * step_)
+                return std::nullopt;
+            seeds.push_back(index_of(inside[around[i]].position));
         }
-        return {{}, Answer::no};
+        return seeds;
+    }
+
+    /// In steps: a power of two over 2^-8 and what floats cannot tell.
+    double seed_height(const Vec& point) const {
+        return std::exp2(std::floor(std::log2(0x1p-8 + largest_coordinate(point) * 0x1p-20 / step_)) + 1.0);
     }
 
     /// The least and the greatest average over D. A light point that may belong to D lowers the average if it

@@ -4,6 +4,7 @@
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/support/atomics.hpp>
+#include <lightmesh/support/popcount.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -100,9 +101,9 @@ public:
             return ~std::uint64_t{0};
         if ((partial[slot / 64] & bit) == 0)
             return 0;
-        int rank = std::popcount(partial[slot / 64] & (bit - 1));
+        int rank = popcount(partial[slot / 64] & (bit - 1));
         for (std::size_t word = 0; word < slot / 64; ++word)
-            rank += std::popcount(partial[word]);
+            rank += popcount(partial[word]);
         return partial[words + static_cast<std::size_t>(rank)];
     }
 

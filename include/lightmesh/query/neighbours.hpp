@@ -4,14 +4,15 @@
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
+#include <lightmesh/support/popcount.hpp>
 
 #include <glm/vec3.hpp>
 
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 namespace lightmesh::detail {
 
@@ -22,6 +23,8 @@ struct BrickPoints {
     /// Where the brick stands in the `BrickWindow` of its set: greater for bricks that come later in the
     /// order of z, y, x.
     std::uint32_t slot;
+    /// Those that the linked short test has found so far.
+    std::uint64_t linked = 0;
 };
 
 /// The bricks around the points of a block, each looked up once. A window stays where it is as long as the
@@ -95,6 +98,23 @@ public:
         return nullptr;
     }
 
+    /// Adds to what is linked: reach(entry) returns light points of an entry. Returns how many are linked
+    /// now.
+    template <class Reach>
+    int link(Reach&& reach) {
+        int count = 0;
+        for (std::size_t i = 0; i < size_; ++i) {
+            entries_[i].linked |= entries_[i].points & reach(std::as_const(entries_[i]));
+            count += popcount(entries_[i].linked);
+        }
+        return count;
+    }
+
+    /// Removes what is not linked.
+    void keep_linked() {
+        narrow([](const BrickPoints& entry) { return entry.linked; });
+    }
+
     /// Removes light points: keep(entry) returns those of an entry that stay.
     template <class Keep>
     void narrow(Keep&& keep) {
@@ -117,7 +137,7 @@ private:
     void count_points() {
         point_count_ = 0;
         for (const BrickPoints& entry : entries())
-            point_count_ += std::popcount(entry.points);
+            point_count_ += popcount(entry.points);
     }
 
     BrickPoints* entries_ = nullptr;

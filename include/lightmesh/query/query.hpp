@@ -17,6 +17,7 @@
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/support/popcount.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/vec3.hpp>
@@ -186,10 +187,8 @@ private:
                 spent_->short_rays += size;
             waiting_count = 0;
             for (std::size_t k = 0; k < size; ++k) {
-                if (hit[k] != 0)
+                if (hit[k] != 0 || !link_to_seed(filler_, mesh_, points_[waiting[k]]))
                     waiting[waiting_count++] = waiting[k];
-                else
-                    link_to_seed(filler_, mesh_, points_[waiting[k]]);
             }
         }
     }
@@ -208,8 +207,7 @@ private:
             const std::size_t found = find_changes(old_set, new_set, &changes_[size]);
             int changed_points = 0;
             for (std::size_t c = 0; c < found; ++c)
-                changed_points +=
-                    std::popcount(changes_[size + c].added) + std::popcount(changes_[size + c].removed);
+                changed_points += popcount(changes_[size + c].added) + popcount(changes_[size + c].removed);
             if (found > most_changes_of_point || 2 * changed_points > point.neighbours.point_count())
                 continue;
             point.differs_little = true;
@@ -419,11 +417,9 @@ float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3
         while (point.next_seed()) {
             if (spent != nullptr)
                 ++spent->short_rays;
-            if (!filler.tracer().occluded(
-                    Segment{surface_end_of(point, *mesh.grid), mesh.grid->position(point.seed)})) {
-                link_to_seed(filler, mesh, point);
+            const Segment ray{surface_end_of(point, *mesh.grid), mesh.grid->position(point.seed)};
+            if (!filler.tracer().occluded(ray) && link_to_seed(filler, mesh, point))
                 break;
-            }
         }
     }
 

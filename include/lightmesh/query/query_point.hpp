@@ -34,8 +34,8 @@ struct QueryPoint {
     QueryPoint(const glm::vec3& position_, const glm::vec3& normal_)
         : position(position_), normal(unit_or_zero(normal_)) {}
 
-    /// Goes on to the next light point that may be the seed of the linked short test. False if there is none
-    /// left: then the point sees no neighbour.
+    /// Goes on to the next light point that may be a seed of the linked short test. False if there is none
+    /// left: then the neighbours are those that are linked by now.
     bool next_seed() {
         while (!seeds.empty()) {
             seed = seeds.next();
@@ -43,7 +43,7 @@ struct QueryPoint {
             if (seed_entry != nullptr)
                 return true;
         }
-        neighbours.clear();
+        neighbours.keep_linked();
         return false;
     }
 };

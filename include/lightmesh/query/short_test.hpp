@@ -23,18 +23,23 @@
 
 namespace lightmesh::detail {
 
-/// The linked short test: leaves the neighbours that the flood of the seed reaches. The point is known to see
-/// its seed.
+/// The linked short test: adds the neighbours that the flood of a seed reaches, which the point is known to
+/// see. Returns true if that is enough: a quarter of the hemisphere. Else the seed may lie in a hollow that P
+/// sees through a crack, and further ones are tried; what is reached from any of them counts.
 template <class Filler>
-void link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point) {
+bool link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point) {
     const std::uint32_t flood = filler.flood_of(mesh, *point.seed_entry->brick, point.seed);
     const FloodView reached(&mesh.words[flood - 1]);
     const FloodBox box(point.seed, mesh.grid->quality());
     const std::size_t slots = FloodBox::slots(mesh.grid->quality());
-    point.neighbours.narrow([&](const BrickPoints& entry) {
+    const int linked = point.neighbours.link([&](const BrickPoints& entry) {
         const glm::ivec3 coord = entry.brick->position();
         return box.contains(coord) ? reached.in_slot(box.slot(coord), slots) : std::uint64_t{0};
     });
+    if (4 * linked < point.neighbours.point_count())
+        return false;
+    point.neighbours.keep_linked();
+    return true;
 }
 
 /// Whether P sees at least one of its neighbours: then the interpolation set is not empty.

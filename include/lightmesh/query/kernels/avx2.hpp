@@ -35,6 +35,16 @@ LIGHTMESH_AVX2 inline __m256i along_z(const std::int32_t* entries) {
                                        _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1));
 }
 
+LIGHTMESH_AVX2 inline void fill_block(std::int32_t first, std::int32_t step, std::int32_t slope,
+                                      std::int32_t* square, std::int32_t* height) {
+    const __m256i distance = _mm256_add_epi32(
+        _mm256_set1_epi32(first),
+        _mm256_mullo_epi32(_mm256_set1_epi32(step), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)));
+    _mm256_store_si256(reinterpret_cast<__m256i*>(square), _mm256_mullo_epi32(distance, distance));
+    _mm256_store_si256(reinterpret_cast<__m256i*>(height),
+                       _mm256_mullo_epi32(distance, _mm256_set1_epi32(slope)));
+}
+
 LIGHTMESH_AVX2 inline void row_masks(const AxisEntries& square, const AxisEntries& height,
                                      std::int32_t radius_squared, std::int32_t lowest_height, int bricks,
                                      std::uint64_t* masks) {
@@ -68,7 +78,7 @@ LIGHTMESH_AVX2 inline void row_masks(const AxisEntries& square, const AxisEntrie
 }
 
 LIGHTMESH_AVX2 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, row_masks);
+    return find_masks_by_rows(hemisphere, masks, fill_block, row_masks);
 }
 
 /// In floats; in doubles only where rounding might decide.

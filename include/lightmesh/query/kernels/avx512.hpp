@@ -70,7 +70,7 @@ LIGHTMESH_AVX512 inline void row_masks(const AxisEntries& square, const AxisEntr
 }
 
 LIGHTMESH_AVX512 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, row_masks);
+    return find_masks_by_rows(hemisphere, masks, avx2::fill_block, row_masks);
 }
 
 /// A byte of the sums holds at most 255, and a cell adds at most 8.

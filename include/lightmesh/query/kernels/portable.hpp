@@ -58,6 +58,16 @@ inline std::uint64_t brick_mask(const std::int32_t* square, const std::int32_t* 
     return transposed(bytes);
 }
 
+/// As `fill_tables` asks for.
+inline void fill_block(std::int32_t first, std::int32_t step, std::int32_t slope, std::int32_t* square,
+                       std::int32_t* height) {
+    for (int i = 0; i < 8; ++i) {
+        const std::int32_t distance = first + i * step;
+        square[i] = distance * distance;
+        height[i] = distance * slope;
+    }
+}
+
 /// As `find_masks_by_rows` asks for.
 inline void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
                       std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
@@ -77,7 +87,7 @@ inline void row_masks(const AxisEntries& square, const AxisEntries& height, std:
 }
 
 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, row_masks);
+    return find_masks_by_rows(hemisphere, masks, fill_block, row_masks);
 }
 
 inline std::uint64_t find_facing(const LightColumns& lights, const glm::vec3& point,

@@ -37,21 +37,20 @@ struct AxisTables {
     std::int32_t greatest_height_x;
 };
 
-LIGHTMESH_PART_OF_KERNEL void fill_tables(const Hemisphere& hemisphere, AxisTables& tables) {
+/// fill_block(first, step, slope, square, height) fills eight entries: distance i is first + i * step,
+/// square[i] the square of it, height[i] the product with the slope.
+template <class FillBlock>
+LIGHTMESH_PART_OF_KERNEL void fill_tables(const Hemisphere& hemisphere, AxisTables& tables,
+                                          FillBlock&& fill_block) {
     for (int axis = 0; axis < 3; ++axis) {
         const int bricks = hemisphere.bricks[axis];
         const std::int32_t position = hemisphere.position[axis];
         const std::int32_t slope = hemisphere.slope[axis];
         const int bits = hemisphere.fraction_bits;
-        // Blocks of a fixed size become vector instructions; entries past the box are not used.
-        constexpr int block = 8;
-        for (int first = 0; first < brick_side * bricks; first += block) {
-            for (int i = first; i < first + block; ++i) {
-                const std::int32_t distance = (i << bits) - position;
-                tables.square[axis][i] = distance * distance;
-                tables.height[axis][i] = distance * slope;
-            }
-        }
+        // Entries past the box are not used.
+        for (int first = 0; first < brick_side * bricks; first += 8)
+            fill_block((first << bits) - position, 1 << bits, slope, tables.square[axis] + first,
+                       tables.height[axis] + first);
         std::int32_t greatest = (std::numeric_limits<std::int32_t>::min)();
         for (int b = 0; b < bricks; ++b) {
             const std::int32_t low = ((4 * b) << bits) - position;
@@ -70,11 +69,11 @@ LIGHTMESH_PART_OF_KERNEL void fill_tables(const Hemisphere& hemisphere, AxisTabl
 /// radius_squared, lowest_height, bricks, masks) sets masks[b] to the light points of brick b whose squared
 /// distance is less than `radius_squared` and whose height is greater than `lowest_height`. The entries for x
 /// are those of the whole row, those for y and z those of its bricks.
-template <class RowMasks>
+template <class FillBlock, class RowMasks>
 LIGHTMESH_PART_OF_KERNEL std::size_t find_masks_by_rows(const Hemisphere& hemisphere, BrickMask* masks,
-                                                        RowMasks&& row_masks) {
+                                                        FillBlock&& fill_block, RowMasks&& row_masks) {
     AxisTables tables;
-    fill_tables(hemisphere, tables);
+    fill_tables(hemisphere, tables, fill_block);
     std::size_t size = 0;
     const glm::ivec3 bricks = hemisphere.bricks;
     for (int z = 0; z < bricks.z; ++z) {
