@@ -237,10 +237,10 @@ private:
         return found;
     }
 
-    /// The linked short test: light points next to P that P sees, seeds, one after the other until a quarter
-    /// of D can be reached from them over open links, each step leading away from its seed. Links play no
-    /// part farther than q + 1 steps from a seed, and what lies there is doubtful. One doubt about a seed, a
-    /// link, or the quarter makes all light points doubtful.
+    /// The linked short test: light points next to P that P sees, seeds, one after the other until two thirds
+    /// of D can be reached from them over open links, each step leading away from its seed; those that are
+    /// reached already are no seeds. Links play no part farther than q + 1 steps from a seed, and what lies
+    /// there is doubtful. One doubt about a seed, a link, or the share makes all light points doubtful.
     std::vector<Neighbour> linked(const Vec& point, const Vec& n, std::vector<Neighbour> inside) const {
         std::vector<Neighbour> doubtful = inside;
         for (Neighbour& x : doubtful)
@@ -254,6 +254,13 @@ private:
 
         std::vector<Answer> reached(inside.size(), Answer::no);
         for (const Index& seed : *seeds) {
+            const auto itself = static_cast<std::size_t>(
+                std::ranges::find(inside, seed, [&](const Neighbour& x) { return index_of(x.position); }) -
+                inside.begin());
+            if (reached[itself] == Answer::unsure)
+                return doubtful;
+            if (reached[itself] == Answer::yes)
+                continue;
             const Answer sees_seed =
                 sees(surface_end(point, n), position_of(seed), triangles_, segment_band_);
             if (sees_seed == Answer::unsure)
@@ -274,9 +281,9 @@ private:
                 least += reached[i] == Answer::yes;
                 most += reached[i] != Answer::no;
             }
-            if (4 * least >= inside.size())
+            if (3 * least >= 2 * inside.size())
                 break;
-            if (4 * most >= inside.size())
+            if (3 * most >= 2 * inside.size())
                 return doubtful;
         }
         std::vector<Neighbour> found;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/fill/ray_ends.hpp>
+#include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/query/neighbours.hpp>
 #include <lightmesh/query/seeds.hpp>
@@ -40,7 +41,8 @@ struct QueryPoint {
         while (!seeds.empty()) {
             seed = seeds.next();
             seed_entry = neighbours.entry_with(seed);
-            if (seed_entry != nullptr)
+            // What is linked already has hardly more to add.
+            if (seed_entry != nullptr && (seed_entry->linked >> bit_in_brick(seed) & 1) == 0)
                 return true;
         }
         neighbours.keep_linked();

@@ -24,8 +24,8 @@
 namespace lightmesh::detail {
 
 /// The linked short test: adds the neighbours that the flood of a seed reaches, which the point is known to
-/// see. Returns true if that is enough: a quarter of the hemisphere. Else the seed may lie in a hollow that P
-/// sees through a crack, and further ones are tried; what is reached from any of them counts.
+/// see. Returns true if that is enough: two thirds of the hemisphere. Else the seed may lie in a hollow that
+/// P sees through a crack, and further ones are tried; what is reached from any of them counts.
 template <class Filler>
 bool link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point) {
     const std::uint32_t flood = filler.flood_of(mesh, *point.seed_entry->brick, point.seed);
@@ -36,7 +36,7 @@ bool link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point)
         const glm::ivec3 coord = entry.brick->position();
         return box.contains(coord) ? reached.in_slot(box.slot(coord), slots) : std::uint64_t{0};
     });
-    if (4 * linked < point.neighbours.point_count())
+    if (3 * linked < 2 * point.neighbours.point_count())
         return false;
     point.neighbours.keep_linked();
     return true;
