@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_DATADIR}/cmake/lightmesh)
 
 install(DIRECTORY include/lightmesh DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
-install(TARGETS lightmesh EXPORT lightmeshTargets)
+install(TARGETS lightmesh lightmesh_tune EXPORT lightmeshTargets)
 install(EXPORT lightmeshTargets NAMESPACE lightmesh:: DESTINATION ${package_folder})
 
 configure_package_config_file(cmake/lightmeshConfig.cmake.in lightmeshConfig.cmake INSTALL_DESTINATION ${package_folder})

@@ -2,7 +2,7 @@
 #include "analytic.hpp"
 #include "random_scene.hpp"
 
-#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/lightmesh.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// All of the library but `tune.hpp`. A newcomer reads, in this order:
+/// All of the library but `tune.hpp`. Its rooms, each of which knows only those before it:
 ///
-/// 1. the class that users meet: `light_mesh.hpp`, with `lights.hpp` and `settings.hpp`;
-/// 2. what a ray tracer must do: `concepts.hpp`; and what it may do beyond that, for shadow maps and shadow
-///    volumes: `depth_renderer.hpp` and `occluders.hpp`;
-/// 3. how a query works: `query/query.hpp`, then `query/hemisphere.hpp` (the neighbours of equation (2)),
-///    `detail/neighbours.hpp` and `detail/kernels/portable.hpp` (the sum of equation (3));
-/// 4. what is stored: `detail/visibility_store.hpp`, `detail/brick.hpp` and `detail/brick_map.hpp`;
-/// 5. the linked short test: `detail/links.hpp`, `detail/reach.hpp` and `detail/reach_search.hpp`;
-/// 6. long tests: `detail/long_test.hpp`, `shadow_map.hpp` and `shadow_volume.hpp`.
-/// 7. the cache of visibilities of real lamps: `visibility_cache.hpp`, then `cache/query.hpp` (levels and
-/// taps),
-///    `cache/taps.hpp`, `cache/blend.hpp`, and what is kept: `cache/store.hpp`, `cache/record.hpp`.
+///     support/   vectors, checks, shared integers
+///     adapters/  what a user's program must do, and may do: the contract
+///     mesh/      what is stored: grid, lights, bricks; snapshots and merging
+///     shadows/   shadow maps and shadow volumes
+///     fill/      what is missing is traced, or looked up, and published
+///     query/     equations (2) and (3): neighbours, short tests, sums; kernels
+///     cache/     the visibility of real lamps at records on surfaces
 ///
-/// What lies in `detail/`, as in namespace `detail`, may change at any time.
+/// A newcomer reads `light_mesh.hpp` with `lights.hpp`, `settings.hpp` and `adapters/concepts.hpp`; then
+/// `mesh/brick.hpp` (what is stored), `query/query.hpp` (a query's way), `query/hemisphere.hpp` (the
+/// neighbours of equation (2)), `query/tally.hpp` and `query/kernels/portable.hpp` (the sum of equation (3));
+/// for the linked short test `mesh/flood.hpp` and `fill/flood_fill.hpp`; for the cache
+/// `visibility_cache.hpp`, then `cache/query.hpp`, `cache/taps.hpp` and `cache/store.hpp`.
+///
+/// Who needs rays only may include `light_mesh.hpp` alone. Namespace `detail` may change at any time.
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/depth_renderer.hpp>
@@ -23,7 +25,9 @@
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/fill/map_source.hpp>
 #include <lightmesh/fill/source.hpp>
+#include <lightmesh/fill/volume_source.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>

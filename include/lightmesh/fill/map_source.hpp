@@ -3,6 +3,7 @@
 
 #include <lightmesh/adapters/depth_renderer.hpp>
 #include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/settings.hpp>
@@ -82,6 +83,13 @@ public:
 private:
     std::vector<std::unique_ptr<const ShadowMap<Renderer>>> maps_;
     bool refine_;
+};
+
+template <DepthRenderer Source>
+    requires(!MeansOccluders<Source>)
+struct LongTestsOf<Source> {
+    static_assert(check_depth_renderer<Source>());
+    using Type = MapLongTests<Source>;
 };
 
 }  // namespace lightmesh::detail

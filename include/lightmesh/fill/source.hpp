@@ -4,8 +4,6 @@
 #include <lightmesh/adapters/depth_renderer.hpp>
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/fill/long_test.hpp>
-#include <lightmesh/fill/map_source.hpp>
-#include <lightmesh/fill/volume_source.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -66,26 +64,21 @@ struct NoLongTests {
     std::size_t bytes() const { return 0; }
 };
 
-/// The long tests that the second adapter of a light mesh stands for.
+/// The long tests that the second adapter of a light mesh stands for. Those of shadow maps and shadow volumes
+/// come with `fill/map_source.hpp` and `fill/volume_source.hpp`.
 template <class Source>
 struct LongTestsOf {
     static_assert(check_long_test_source<Source>());
+    static_assert(
+        !(MeansDepthRenderer<Source> || MeansOccluders<Source>) ||
+            (MeansDepthRenderer<Source> && MeansOccluders<Source>) ||
+            !(DepthRenderer<Source> || Occluders<Source>),
+        "lightmesh: a mesh with shadow maps or shadow volumes needs #include <lightmesh/lightmesh.hpp>");
     using Type = NoLongTests;
 };
 template <>
 struct LongTestsOf<Rays> {
     using Type = RayLongTests;
-};
-template <DepthRenderer Source>
-    requires(!MeansOccluders<Source>)
-struct LongTestsOf<Source> {
-    static_assert(check_depth_renderer<Source>());
-    using Type = MapLongTests<Source>;
-};
-template <Occluders Source>
-    requires(!MeansDepthRenderer<Source>)
-struct LongTestsOf<Source> {
-    using Type = VolumeLongTests;
 };
 
 }  // namespace detail

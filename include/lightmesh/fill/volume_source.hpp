@@ -3,6 +3,7 @@
 
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/fill/source.hpp>
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
@@ -57,6 +58,12 @@ public:
 private:
     std::shared_ptr<const OccluderTriangles> triangles_;
     std::vector<ShadowVolumes> volumes_;
+};
+
+template <Occluders Source>
+    requires(!MeansDepthRenderer<Source>)
+struct LongTestsOf<Source> {
+    using Type = VolumeLongTests;
 };
 
 }  // namespace lightmesh::detail

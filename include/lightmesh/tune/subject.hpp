@@ -4,6 +4,8 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/depth_renderer.hpp>
 #include <lightmesh/adapters/occluders.hpp>
+#include <lightmesh/fill/map_source.hpp>
+#include <lightmesh/fill/volume_source.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
