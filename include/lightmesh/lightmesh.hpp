@@ -5,7 +5,7 @@
 ///
 /// 1. the class that users meet: `light_mesh.hpp`, with `lights.hpp` and `settings.hpp`;
 /// 2. what a ray tracer must do: `concepts.hpp`; and what it may do beyond that, for shadow maps and shadow
-///    volumes: `depth_renderer.hpp` and `occluders.hpp`;
+///    volumes: `depth_renderer.hpp` and `occluders.hpp`; `check_tracer.hpp` tests a ray tracer at run time;
 /// 3. how a query works: `query/query.hpp`, then `query/hemisphere.hpp` (the neighbours of equation (2)),
 ///    `detail/neighbours.hpp` and `detail/kernels/portable.hpp` (the sum of equation (3));
 /// 4. what is stored: `detail/visibility_store.hpp`, `detail/brick.hpp` and `detail/brick_map.hpp`;
@@ -17,6 +17,7 @@
 ///
 /// What lies in `detail/`, as in namespace `detail`, may change at any time.
 
+#include <lightmesh/adapters/check_tracer.hpp>
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/depth_renderer.hpp>
 #include <lightmesh/adapters/depth_view.hpp>
