@@ -173,9 +173,8 @@ private:
             if (is_finite(distant.target))
                 far_away.add(!blocked(distant), distant);
         }
-        constexpr const char* rule =
-            "the tracer takes the segment's length for another: direction = target - "
-            "origin is not normalised, and blockers count at 0 < t < 1";
+        constexpr const char* rule = "the tracer gets the segment's length wrong: direction = target - "
+                                     "origin is not normalised, and blockers count at 0 < t < 1";
         if (starts.wrong >= 3 && starts.is_more_than(0.05))
             sentences_.push_back(starts.sentence(
                 "blocked segments stay blocked when they are cut to their first 4096th part", rule));
