@@ -36,8 +36,10 @@ struct Finding {
         all += other.all;
     }
 
-    /// More than rounding does to segments that come near an edge: 1 in 1000, and a few where there are few.
-    bool is_more_than_rounding() const { return wrong >= 3 + all / 1000; }
+    /// More than this share, and more than a few where there are few.
+    bool is_clearly_more_than(double share) const {
+        return static_cast<double>(wrong) > 3.0 + share * static_cast<double>(all);
+    }
 
     bool is_more_than(double share) const {
         return static_cast<double>(wrong) > share * static_cast<double>(all);

@@ -186,10 +186,13 @@ private:
         }
         if (at_origin.is_more_than(0.5))
             say(at_origin, "segments are blocked by a sheet exactly at their origin",
-                "both ends are exclusive: blockers count at t > 0");
+                "both ends are exclusive: blockers count at t > 0; if the tracer includes its bounds, begin "
+                "some roundings later");
         if (at_target.is_more_than(0.5))
             say(at_target, "segments are blocked by a sheet exactly at their target",
-                "both ends are exclusive: blockers count at t < 1");
+                "both ends are exclusive: blockers count at t < 1; if the tracer includes its bounds, end "
+                "some "
+                "roundings earlier");
         // One side of a one-sided sheet is another fault.
         if (close_by.is_more_than(0.6) || (sentences_.empty() && close_by.wrong > 0))
             say(close_by, "segments are not blocked by a sheet close to an end, at 2^-12 of their length",

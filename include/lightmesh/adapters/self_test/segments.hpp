@@ -71,7 +71,7 @@ inline Bounds test_bounds(const Bounds& scene) {
             "at least Bounds::low in each coordinate");
     require(is_finite(size), "Bounds::high", scene.high, "at a finite distance from Bounds::low");
     const float coordinate = (std::max)(largest_component(scene.low), largest_component(scene.high));
-    float margin = (std::max)(largest_component(size) / 16.0f, coordinate * 0x1p-10f);
+    float margin = (std::max)(largest_component(size) / 16.0f, coordinate * 0x1p-18f);
     if (!(margin > 0.0f))
         margin = 1.0f;
     return {scene.low - margin, scene.high + margin};
