@@ -19,6 +19,7 @@
 ///
 /// Who needs rays only may include `light_mesh.hpp` alone. Namespace `detail` may change at any time.
 
+#include <lightmesh/adapters/check_tracer.hpp>
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/depth_renderer.hpp>
 #include <lightmesh/adapters/depth_view.hpp>
