@@ -24,17 +24,18 @@ namespace lightmesh {
 /// from, with no lock held. True if anything lies strictly between the two ends: both are exclusive. The ends
 /// are off all surfaces already, so no epsilon is needed. `target - origin` is not normalised: with it as the
 /// direction, blockers count at 0 < t < 1. Links between light points are exactly axis-parallel: two
-/// components of the direction are 0, and a box test must not lose them to 0 * infinity. Surfaces block from both sides: a segment that leads out of a
-/// solid is blocked as well as one that leads into it, since light points may lie anywhere. A segment of
-/// length 0 is not blocked. The answer must depend on nothing but the segment. An exception leaves the query
-/// through `visibility`; nothing of the interrupted work is kept. `check_tracer` tests all of this at run time.
+/// components of the direction are 0, and a box test must not lose them to 0 * infinity. Surfaces block from
+/// both sides: a segment that leads out of a solid is blocked as well as one that leads into it, since light
+/// points may lie anywhere. A segment of length 0 is not blocked. The answer must depend on nothing but the
+/// segment. An exception leaves the query through `visibility`; nothing of the interrupted work is kept.
+/// `check_tracer` tests all of this at run time.
 ///
 /// How often: for long tests by rays, at most once for each light and light point that queries touch, and
 /// about three times for each light point to link it; what threads find at the same moment may be traced by
-/// each. Then for each query about one short ray, at most 8 (`ShortTest::linked`), none (`none`), or about
-/// one for each of some (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for each
-/// light that reaches a point with m = 0. Segments to a `DirectionalLight` are 2^24 steps of the grid long:
-/// their target is far, but finite.
+/// each. Then for each query one short ray or some more, at most 8 (`ShortTest::linked`), none (`none`), or
+/// about one for each of some (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for
+/// each light that reaches a point with m = 0. Segments to a `DirectionalLight` are 2^24 steps of the grid
+/// long: their target is far, but finite.
 template <class T>
 concept Intersector = std::copy_constructible<T> && requires(const T& tracer, const Segment& segment) {
     { tracer.occluded(segment) } -> std::same_as<bool>;
@@ -44,12 +45,16 @@ concept Intersector = std::copy_constructible<T> && requires(const T& tracer, co
 ///
 ///     void occluded(std::span<const Segment> segments, std::span<std::uint8_t> hit) const;
 ///
-/// Sets hit[i] to 1 if segments[i] is blocked, else to 0; both spans have the same size, 1 to 64. Long tests
-/// by rays come in calls of 8 * n segments, n <= 8 lights by the 8 light points of a 2x2x2 cell, all points
-/// of one light first, and with refined shadow maps those of them that no map decides; links in calls of 24;
-/// exact short tests in calls that share an origin; linked ones in calls from as many points, if they are
-/// queried together. hit[i] must depend on nothing but segments[i], as for one segment. The member for one
-/// segment is still called: for shadow rays, and where a query needs one answer before it can ask on.
+/// Sets hit[i] to 1 if segments[i] is blocked, else to 0; both spans have the same size, 1 to 64. hit[i] must
+/// depend on nothing but segments[i], as for one segment.
+///
+/// A call's segments belong together, so that packets of rays pay. Long tests: all segments are of one light,
+/// from within one end's offset of each other (see `fill/ray_ends.hpp`), or nearly parallel to a sun or a far
+/// lamp; their other ends are the light points of one brick of 4x4x4 that are asked for, cell by cell of
+/// 2x2x2, with refined shadow maps those of them that no map decides. Links come in calls of 24, of one cell;
+/// exact short tests in calls that share an origin; linked ones from as many points, if they are queried
+/// together; a cache's from one record to some lamps. The member for one segment is still called: for shadow
+/// rays, and where a query needs one answer before it can ask on.
 template <class T>
 concept BatchIntersector = Intersector<T> &&
     requires(const T& tracer, std::span<const Segment> segments, std::span<std::uint8_t> hit) {
