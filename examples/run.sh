@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# Installs what is missing, builds the renderer, and renders the park by hard shadows (whitted), by a light mesh
-# (lmm) and by Express (express): pictures, their differences, and a table.
+# Installs what is missing, builds the renderer, and renders the park with hard shadows (whitted) and with those of a
+# light mesh, the default (linked): pictures, their difference, and a table.
 #
 #   examples/run.sh [OPTIONS]    options for lightmesh-render compare, such as --width 1920 --height 1440
 #
@@ -17,10 +17,10 @@ pictures=$build/pictures
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF \
     -DLIGHTMESH_BUILD_BENCHMARKS=OFF
 cmake --build "$build" --parallel "$(nproc)" --target lightmesh-render
-"$build/examples/lightmesh-render" compare park --algorithms whitted,lmm,express --reference lmm \
+"$build/examples/lightmesh-render" compare park --algorithms whitted,linked --reference whitted \
     --output "$pictures" "$@"
 
 echo
 echo "The pictures are in $pictures:"
-echo "    sheet.png          side by side"
-echo "    differences.png    each one's difference to lmm, amplified"
+echo "    sheet.png          hard shadows beside those of a light mesh"
+echo "    differences.png    where the mesh softens them, amplified"

@@ -165,6 +165,56 @@ TEST_CASE("lightmesh-render: bad input gets one line, and leaves nothing behind"
     check_refused("", "subcommand");
 }
 
+TEST_CASE("lightmesh-render picture: a second start with a saved mesh traces no long ray") {
+    const TemporaryFolder folder;
+    const std::string mesh = (folder / "spheres.mesh").string();
+    const std::string picture = "picture spheres" + tiny;
+    const auto row = [](const std::string& output, const std::string& name) {
+        const std::size_t line = output.find("\n" + name);
+        REQUIRE(line != std::string::npos);
+        const std::size_t number = output.find_first_not_of(' ', line + 1 + name.size());
+        return output.substr(number, output.find('\n', number) - number);
+    };
+    for (const std::string algorithm : {"lmm", "linked", "express"}) {
+        CAPTURE(algorithm);
+        const Finished first = render(folder, picture + "-a " + algorithm + " --save-mesh " + mesh + " -o " +
+                                                  (folder / "first.png").string());
+        REQUIRE_MESSAGE(first.status == 0, first.errors);
+        CHECK(first.output.find("mesh: " + mesh) != std::string::npos);
+        CHECK(row(first.output, "long rays") != "0");
+        const Finished second = render(folder, picture + "-a " + algorithm + " --mesh " + mesh + " -o " +
+                                                   (folder / "second.png").string());
+        REQUIRE_MESSAGE(second.status == 0, second.errors);
+        CHECK(row(second.output, "long rays") == "0");
+        CHECK(row(second.output, "link rays") == "0");
+        CHECK(row(second.output, "light points") == row(first.output, "light points"));
+        CHECK(demo::read_file(folder / "first.png") == demo::read_file(folder / "second.png"));
+    }
+}
+
+TEST_CASE("lightmesh-render picture: a mesh that does not fit gets one line and status 1") {
+    const TemporaryFolder folder;
+    const std::string mesh = (folder / "spheres.mesh").string();
+    const Finished saved = render(folder, "picture spheres" + tiny + "--save-mesh " + mesh + " -o " +
+                                              (folder / "p.png").string());
+    REQUIRE_MESSAGE(saved.status == 0, saved.errors);
+    CHECK_FALSE(std::filesystem::exists(mesh + ".part"));
+    std::string bytes = demo::read_file(mesh);
+    const std::string cut = folder.write("cut.mesh", bytes.substr(0, bytes.size() / 2)).string();
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    const std::string damaged = folder.write("damaged.mesh", bytes).string();
+    const std::string empty = folder.write("empty.mesh", "").string();
+    check_refused("picture spheres" + tiny + "--mesh no_such.mesh", "no_such.mesh");
+    check_refused("picture spheres" + tiny + "--mesh " + empty, "empty.mesh");
+    check_refused("picture spheres" + tiny + "--mesh " + cut, "cut.mesh: --save-mesh has not written it");
+    check_refused("picture spheres" + tiny + "--mesh " + damaged, "damaged.mesh: lightmesh: not a snapshot");
+    check_refused("picture rooms" + tiny + "--mesh " + mesh, "spheres.mesh: it is of another scene");
+    check_refused("picture spheres --lights 9" + tiny + "--mesh " + mesh, "or of other lights");
+    check_refused("picture spheres --radius 3" + tiny + "--mesh " + mesh, "its radius is");
+    check_refused("picture spheres -a whitted" + tiny + "--save-mesh a.mesh", "not for whitted");
+    check_refused("picture spheres -a linked+map" + tiny + "--mesh " + mesh, "not for linked+map");
+}
+
 TEST_CASE("lightmesh-render: a device that is not there is named, and so are those that are") {
     const TemporaryFolder folder;
     const Finished ran = render(folder, "picture spheres -a linked+map --device no_such_device");

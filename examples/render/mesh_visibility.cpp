@@ -8,7 +8,9 @@
 #include <lightmesh/lightmesh.hpp>
 
 #include <chrono>
+#include <cstddef>
 #include <utility>
+#include <vector>
 
 namespace demo {
 
@@ -29,6 +31,7 @@ public:
     }
 
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
+    std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }
 
 private:
     Mesh mesh_;
@@ -57,7 +60,10 @@ std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const Visi
     case LongTests::rays:
         break;
     }
-    return visibility_of(lightmesh::LightMesh{scene.intersector(), lights, settings});
+    lightmesh::LightMesh mesh{scene.intersector(), lights, settings};
+    if (!options.known.empty())
+        mesh.merge(options.known);
+    return visibility_of(std::move(mesh));
 }
 
 }  // namespace demo

@@ -2,9 +2,13 @@
 #include "render/commands.hpp"
 #include "render/options.hpp"
 #include "render/run.hpp"
+#include "render/saved_mesh.hpp"
 
 #include <iostream>
 #include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace demo {
 
@@ -14,24 +18,46 @@ struct PictureOptions : CommonOptions {
     std::string algorithm = "linked";
     std::string output;
     std::string exr;
+    std::string mesh;
+    std::string saved_mesh;
 };
+
+/// Says which option of meshes does not fit the algorithm.
+void check_mesh_options(const PictureOptions& options) {
+    for (const auto& [name, file] : {std::pair("--mesh", options.mesh), {"--save-mesh", options.saved_mesh}})
+        if (!file.empty() && !keeps_mesh(options.algorithm))
+            throw std::invalid_argument(std::string(name) + " is for lmm, linked and express, not for " +
+                                        options.algorithm);
+}
 
 int make_picture(const PictureOptions& options) {
     const std::filesystem::path scene_name = options.scene;
     const std::filesystem::path output =
         options.output.empty() ? scene_name.stem().string() + ".png" : options.output;
+    check_mesh_options(options);
     prepare_picture(output);
     if (!options.exr.empty())
         prepare_file(options.exr);
+    if (!options.saved_mesh.empty())
+        prepare_file(options.saved_mesh);
     const Scene scene = show_scene(options);
+    VisibilityOptions visibility = visibility_options(options, scene);
+    if (!options.mesh.empty())
+        visibility.known = load_mesh(options.mesh, scene);
+    visibility.keep_snapshot = !options.saved_mesh.empty();
     const EmbreeScene embree(scene);
-    const Run made = run(options.algorithm, embree, visibility_options(options, scene), options.render);
+    const Run made = run(options.algorithm, embree, visibility, options.render);
+    // Also of a picture that is not finished: what was found is worth as much.
+    if (!options.saved_mesh.empty())
+        save_mesh(options.saved_mesh, made.snapshot, scene);
     if (!made.statistics.finished && std::filesystem::exists(output)) {
         std::cerr << "interrupted: " << output.string() << " stays as it was\n";
         return exit_interrupted;
     }
     write_image(made.image, output);
     std::cout << report(made, embree) << "picture: " << output.string() << '\n';
+    if (!options.saved_mesh.empty())
+        std::cout << "mesh: " << options.saved_mesh << '\n';
     if (!options.exr.empty() && made.statistics.finished) {
         write_exr(made.image, options.exr);
         std::cout << "picture: " << options.exr << '\n';
@@ -52,6 +78,10 @@ void add_picture_command(CLI::App& program, int& status) {
         ->capture_default_str();
     command->add_option("-o,--output", options->output, "PNG or EXR; default: the scene's name and .png");
     command->add_option("--exr", options->exr, "also write the linear values as an EXR file");
+    command->add_option("--mesh", options->mesh,
+                        "begin with what --save-mesh has written, of the same scene, lights, r and q");
+    command->add_option("--save-mesh", options->saved_mesh,
+                        "write the light mesh to a file (lmm, linked, express)");
     add_render_options(*command, *options);
     command->callback([options, &status] { status = make_picture(*options); });
 }

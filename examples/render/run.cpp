@@ -27,6 +27,8 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
         scene, *shadows, options, made.statistics, [&](double done) { bar.show(done); }, &interrupted());
     made.mesh = shadows->mesh();
     made.bytes = made.mesh ? made.mesh->bytes : shadows->bytes();
+    if (visibility.keep_snapshot)
+        made.snapshot = shadows->snapshot();
     return made;
 }
 

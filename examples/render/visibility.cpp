@@ -71,6 +71,10 @@ const std::vector<Algorithm>& algorithms() {
     return all;
 }
 
+bool keeps_mesh(const std::string& algorithm) {
+    return algorithm == "lmm" || algorithm == "linked" || algorithm == "express";
+}
+
 std::unique_ptr<Visibility> make_visibility(const std::string& algorithm, const EmbreeScene& scene,
                                             const VisibilityOptions& options) {
     std::string names;

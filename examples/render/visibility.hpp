@@ -52,6 +52,9 @@ public:
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }
     /// Of shadow maps and volumes outside a mesh.
     virtual std::size_t bytes() const { return 0; }
+    /// All that a light mesh knows, for `VisibilityOptions::known`; nothing where there is none that could be
+    /// saved.
+    virtual std::vector<std::byte> snapshot() const { return {}; }
 };
 
 enum class DepthSource { vulkan, embree };
@@ -63,6 +66,9 @@ struct VisibilityOptions {
     float light_size = 0.0f;       ///< radius of lamps in world units; 0: settings.radius / 10
     DepthSource depth = DepthSource::vulkan;
     std::string device;  ///< of Vulkan: an index or a part of its name; empty: the best
+    /// A snapshot that a light mesh with long tests by rays begins with; empty: none.
+    std::vector<std::byte> known{};
+    bool keep_snapshot = false;  ///< whether `Run::snapshot` is wanted
 };
 
 /// The radius of lamps, world units.
@@ -75,6 +81,10 @@ struct Algorithm {
     std::string name;
     std::string description;
 };
+
+/// Whether an algorithm's light mesh can be saved and be begun with a snapshot: those with long tests by
+/// rays.
+bool keeps_mesh(const std::string& algorithm);
 
 /// whitted, area, cache, blur-cache, shadow-map, shadow-volume; lmm, linked, express, each also with +map and
 /// +volume.

@@ -36,7 +36,7 @@ struct ShadowMapSettings {
     float bias = 0.5f;
     /// The box around everything that throws shadows: for directional lights, which see all of it, and for
     /// the default of z_near. A `DepthRenderer` with a member `bounds` answers in its place.
-    std::optional<Bounds> scene_bounds;
+    std::optional<Bounds> scene_bounds{};
 };
 
 namespace detail {

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+
+// examples/one_feature_each/, run as its readers would.
+
+#include "run_command.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+namespace {
+
+/// The program ends well, and one of its lines has `part` in it.
+void check_prints(const std::string& program, const std::string& part) {
+    CAPTURE(program);
+    const test::TemporaryFolder folder;
+    const test::Finished ran =
+        test::run(folder, "cd " + (folder / "").string() + " && " LIGHTMESH_ONE_FEATURE_EACH "/" + program);
+    CHECK(ran.status == 0);
+    CHECK(ran.errors.empty());
+    CHECK_MESSAGE(ran.output.find(part) != std::string::npos, ran.output);
+}
+
+}  // namespace
+
+TEST_CASE("the examples of one feature each do what they say") {
+    check_prints("batch_queries", "the same values: yes");
+    check_prints("shadow_maps", "long rays: 0 with maps");
+    check_prints("shadow_maps", "mean difference below 1 %: yes");
+    check_prints("shadow_volumes", "long rays: 0 with volumes");
+    check_prints("shadow_volumes", "the same within 1 %: yes");
+    check_prints("standalone_shadow_map", " 0 wrong");
+    check_prints("snapshots", "a second start: 0 long rays, the same values");
+    check_prints("snapshots", "not in the snapshot: 2 values");
+    check_prints("snapshots", "its checksum is wrong");
+    check_prints("tuning", "paste: lightmesh::Settings{.radius = 0.8f, .quality = ");
+    check_prints("visibility_cache", "softer with distance: yes");
+}
