@@ -80,6 +80,7 @@ public:
                                     "; the cache has " + std::to_string(light_count()));
         return Query(*store_).one(point, light);
     }
+    /// The same for a point of which no more is known.
     float visibility(const glm::vec3& point, const glm::vec3& normal, std::size_t light) const {
         return visibility(SurfacePoint{.position = point, .normal = normal}, light);
     }
@@ -90,6 +91,7 @@ public:
         check_size("visibilities", all.size(), light_count());
         Query(*store_).all(point, all);
     }
+    /// The same for a point of which no more is known.
     void visibility(const glm::vec3& point, const glm::vec3& normal, std::span<float> all) const {
         visibility(SurfacePoint{.position = point, .normal = normal}, all);
     }
@@ -103,6 +105,7 @@ public:
         for (std::size_t i = 0; i < points.size(); ++i)
             query.all(points[i], all.subspan(i * light_count(), light_count()));
     }
+    /// The same for points of which no more is known.
     void visibility(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
                     std::span<float> all) const {
         check_size("normals", normals.size(), points.size());

@@ -37,7 +37,7 @@ struct LampRows {};
 /// Rows of a visibility cache from a light mesh: the published blur, but continuous.
 template <class Mesh>
 struct MeshRows {
-    Mesh mesh;
+    Mesh mesh;  ///< a `LightMesh`
 };
 
 }  // namespace lightmesh
@@ -298,7 +298,8 @@ private:
             std::vector<float> all(lamps_.size());
             rows_.mesh.visibility(column.place, normal, std::span<float>(all));
             for (std::size_t l = 0; l < lamps_.tile_size(tile); ++l)
-                values[l] = static_cast<std::uint8_t>(255.0f * all[tile * lamps_per_tile + l] + 0.5f);
+                values[l] = static_cast<std::uint8_t>(
+                    floor_to_int(static_cast<double>(255.0f * all[tile * lamps_per_tile + l]) + 0.5));
             return;
         }
         LampRays<Tracer> rays(

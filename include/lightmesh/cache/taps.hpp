@@ -21,7 +21,7 @@ namespace lightmesh::detail {
 inline constexpr std::int32_t one_weight = 1 << 15;
 
 inline std::int32_t weight_of(double share) {
-    return static_cast<std::int32_t>(std::clamp(share, 0.0, 1.0) * one_weight + 0.5);
+    return floor_to_int(std::clamp(share, 0.0, 1.0) * one_weight + 0.5);
 }
 
 /// The ways along which a point's records fall, with weights that sum to one_weight: against its normal's
