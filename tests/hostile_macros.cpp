@@ -94,7 +94,9 @@ float sum_under_hostile_macros();
 
 float sum_under_hostile_macros() {
     // Blank tracers block nothing: one sentence each.
-    const auto make_tracer = [](std::span<const std::array<glm::vec3, 3>>) { return test::BlankTracer{}; };
+    const auto make_tracer = [](std::span<const std::array<glm::vec3, 3>>) {
+        return test::BlankTracer{};
+    };
     const bool is_told = lightmesh::check_tracer(test::BlankTracer{}, lightmesh::Bounds{}).size() == 1 &&
                          !lightmesh::check_tracer(make_tracer).empty();
     return is_told ? test::sum_of_meshes() : 0.0f;

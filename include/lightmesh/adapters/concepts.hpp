@@ -24,10 +24,11 @@ namespace lightmesh {
 /// from, with no lock held. True if anything lies strictly between the two ends: both are exclusive. The ends
 /// are off all surfaces already, so no epsilon is needed. `target - origin` is not normalised: with it as the
 /// direction, blockers count at 0 < t < 1. Links between light points are exactly axis-parallel: two
-/// components of the direction are 0, and a box test must not lose them to 0 * infinity. Surfaces block from both sides: a segment that leads out of a
-/// solid is blocked as well as one that leads into it, since light points may lie anywhere. A segment of
-/// length 0 is not blocked. The answer must depend on nothing but the segment. An exception leaves the query
-/// through `visibility`; nothing of the interrupted work is kept. `check_tracer` tests all of this at run time.
+/// components of the direction are 0, and a box test must not lose them to 0 * infinity. Surfaces block from
+/// both sides: a segment that leads out of a solid is blocked as well as one that leads into it, since light
+/// points may lie anywhere. A segment of length 0 is not blocked. The answer must depend on nothing but the
+/// segment. An exception leaves the query through `visibility`; nothing of the interrupted work is kept.
+/// `check_tracer` tests all of this at run time.
 ///
 /// How often: for long tests by rays, at most once for each light and light point that queries touch, and
 /// about three times for each light point to link it; what threads find at the same moment may be traced by
