@@ -32,7 +32,7 @@ namespace lightmesh {
 /// `closest_hit` that does not fit `occluded`, that is not in world units, or without unit normals.
 /// Where rounding may decide, at edges, up to 1 in 1000 answers may differ.
 ///
-/// Costs about 75,000 segments, always the same ones, on four more threads in part: less than a second with
+/// Costs about 50,000 segments, always the same ones, on four more threads in part: less than a second with
 /// most tracers. Programs that call it must link the system's threads.
 ///
 /// Cannot find what it has nothing to compare with: surfaces that are missing or that stand elsewhere,
@@ -56,7 +56,7 @@ std::vector<std::string> check_tracer(const Tracer& tracer, const Bounds& scene)
 /// normals, and any wrong answer that is not near to an edge. Triangles may be without area, as in users'
 /// scenes.
 ///
-/// Costs some 30 tracers of at most 32 triangles and about 100,000 segments. Cannot find faults that only
+/// Costs some 30 tracers of at most 32 triangles and about 60,000 segments. Cannot find faults that only
 /// large scenes have.
 template <class Factory>
     requires std::invocable<Factory&, std::span<const std::array<glm::vec3, 3>>> std::vector<std::string>
