@@ -16,7 +16,7 @@ results=$here/results
 
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
-cmake --build "$build" --target lightmesh-benchmarks --parallel "$(nproc)"
+cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark lightmesh-cache-benchmark --parallel "$(nproc)"
 program=$build/benchmarks/lightmesh-benchmarks
 
 echo
@@ -44,3 +44,8 @@ echo
 cat "$results/figures.md"
 jq -r '.benchmarks[] | select(.error_occurred) | "not timed: \(.run_name): \(.error_message)"' "$results/benchmarks.json"
 echo "Written: $results/benchmarks.json, figures.md, time-per-point.svg"
+
+echo
+"$build/benchmarks/lightmesh-mesh-benchmark" | tee "$results/flat-mesh.md"
+echo
+"$build/benchmarks/lightmesh-cache-benchmark" | tee "$results/visibility-cache.md"
