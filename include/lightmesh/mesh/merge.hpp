@@ -103,6 +103,9 @@ private:
         same_.resize(mine.size());
         for (std::size_t i = 0; i < mine.size(); ++i)
             same_[i] = i < theirs.size() && record_of(mine[i]) == record_of(theirs[i]);
+        // Places follow from the lights.
+        is_plain_copy_ = mine.size() == theirs.size() && changed_.empty() &&
+                         std::ranges::all_of(same_, [](bool is_same) { return is_same; });
     }
 
     Bounds box_of(const Brick& brick, float margin) const {
@@ -200,6 +203,15 @@ private:
     }
 
     void add_tiles(const Brick& brick) {
+        if (is_plain_copy_) {
+            const Brick& own = data_.find_or_make_brick(brick.position());
+            bool all_copied = true;
+            for (std::size_t t = 0; t < data_.lights().tile_count(); ++t)
+                if (const BrickTile* tile = from_.view().find_tile(brick, t))
+                    all_copied &= data_.publish_copy(own, t, from_.view(), *tile);
+            if (all_copied)
+                return;
+        }
         for_each_tile(brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit) {
             data_.publish(data_.find_or_make_brick(brick.position()), t, known, lit);
         });
@@ -231,6 +243,7 @@ private:
     const SnapshotReader& from_;
     std::span<const Bounds> changed_;
     std::vector<bool> same_;
+    bool is_plain_copy_ = false;  ///< all lights are the same, in the same places, and nothing has changed
 };
 
 }  // namespace lightmesh::detail

@@ -106,6 +106,33 @@ public:
         or_release(tile.known, fresh);
     }
 
+    /// Stores all that another mesh with the same lights in the same places knows of a tile; returns false,
+    /// and does nothing, if something of the tile is known already.
+    bool publish_copy(const Brick& brick, std::size_t t, const MeshView& from, const BrickTile& copied) {
+        const SpinLock lock(const_cast<Brick&>(brick).lock);
+        BrickTile& tile = find_or_make_tile(brick, t);
+        if (tile.known != 0)
+            return false;
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
+            const CellIndex at{copied.cells[cell]};
+            if ((copied.known >> (8 * cell) & 0xff) == 0)
+                continue;
+            if (at.is_words()) {
+                const std::uint64_t* record = &from.words[at.index()];
+                const std::size_t size = record[1] != 0 ? 3 : 2;
+                const std::uint32_t index = words_.allocate(size);
+                std::copy_n(record, size, &words_[index]);
+                store_release(tile.cells[cell], CellIndex::words(index).value);
+            } else {
+                const std::uint32_t index = rows_.allocate();
+                rows_[index] = from.rows[at.index()];
+                store_release(tile.cells[cell], CellIndex::row(index).value);
+            }
+        }
+        or_release(tile.known, copied.known);
+        return true;
+    }
+
     /// Stores the links of a cell of a brick. May be called by many threads at once: they bring the same
     /// bits.
     void publish_links(const Brick& brick, int cell, const std::array<std::uint64_t, 3>& open) {
