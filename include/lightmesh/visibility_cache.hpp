@@ -7,6 +7,7 @@
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/support/check.hpp>
 #include <lightmesh/surface_point.hpp>
 
 #include <glm/vec3.hpp>
@@ -88,7 +89,7 @@ public:
     /// S_i(P) of every light. Throws std::invalid_argument if `all` does not have exactly `light_count()`
     /// places.
     void visibility(const SurfacePoint& point, std::span<float> all) const {
-        check_size("visibilities", all.size(), light_count());
+        detail::require_size("visibilities", all.size(), light_count());
         Query(*store_).all(point, all);
     }
     /// The same for a point of which no more is known.
@@ -100,7 +101,7 @@ public:
     /// tile of pixels): the same values, faster. `all` is row-major, a row of `light_count()` for each point.
     /// Throws std::invalid_argument unless there are as many rows, and normals, as points.
     void visibility(std::span<const SurfacePoint> points, std::span<float> all) const {
-        check_size("visibilities", all.size(), points.size() * light_count());
+        detail::require_size("visibilities", all.size(), points.size() * light_count());
         Query query(*store_);
         for (std::size_t i = 0; i < points.size(); ++i)
             query.all(points[i], all.subspan(i * light_count(), light_count()));
@@ -108,8 +109,8 @@ public:
     /// The same for points of which no more is known.
     void visibility(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
                     std::span<float> all) const {
-        check_size("normals", normals.size(), points.size());
-        check_size("visibilities", all.size(), points.size() * light_count());
+        detail::require_size("normals", normals.size(), points.size());
+        detail::require_size("visibilities", all.size(), points.size() * light_count());
         Query query(*store_);
         for (std::size_t i = 0; i < points.size(); ++i)
             query.all(SurfacePoint{.position = points[i], .normal = normals[i]},
@@ -128,12 +129,6 @@ private:
         Tracer tracer = mesh.tracer();
         const std::vector<Light> lights(mesh.lights().begin(), mesh.lights().end());
         return std::make_unique<const Store>(std::move(tracer), Rows{std::move(mesh)}, lights, settings);
-    }
-    static void check_size(const char* what, std::size_t size, std::size_t expected) {
-        if (size != expected)
-            throw std::invalid_argument("lightmesh: the span of " + std::string(what) + " has " +
-                                        std::to_string(size) + " places; it must have " +
-                                        std::to_string(expected));
     }
 
     std::unique_ptr<const Store> store_;

@@ -80,6 +80,7 @@ struct LightColumns {
         return cones.empty() || cones[l].contains(point - glm::vec3(at_x[l], at_y[l], at_z[l]));
     }
 
+    /// Whether any point within `radius` of the box can be reached, by range alone.
     bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
         const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
         const glm::dvec3 way((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
@@ -140,13 +141,6 @@ public:
         const LightColumns& tile = tiles_[place / lights_per_tile];
         return tile.faces_in_range(place % lights_per_tile, point, normal) &&
                tile.inside_cone(place % lights_per_tile, point);
-    }
-
-    /// Whether any point within `radius` of the box can be reached, by range alone.
-    bool in_range(std::size_t light, const glm::vec3& box_low, const glm::vec3& box_high,
-                  float radius) const {
-        const std::size_t place = order_.place_of(light);
-        return tiles_[place / lights_per_tile].in_range(place % lights_per_tile, box_low, box_high, radius);
     }
 
     /// The segment of a long test. It starts at the light, so that neighbouring segments are coherent. Those

@@ -99,9 +99,6 @@ public:
                 if ((groups >> (l / lights_per_group) & 1) != 0)
                     row.bytes[l] = static_cast<std::uint8_t>(lit[l] >> (8 * cell));
             store_release(tile.cells[static_cast<std::size_t>(cell)], keep(row).value);
-            if (before.is_known())
-                superseded_bytes_.fetch_add(before.is_words() ? 2 * sizeof(std::uint64_t) : sizeof(CellRow),
-                                            std::memory_order_relaxed);
         }
         or_release(tile.known, fresh);
     }
@@ -289,7 +286,6 @@ private:
     Pool<CellRow> rows_;
     Pool<std::uint64_t> words_;
     std::size_t region_count_ = 0;
-    std::atomic<std::size_t> superseded_bytes_{0};
 };
 
 }  // namespace lightmesh::detail

@@ -47,11 +47,7 @@ public:
     void run(std::span<const glm::vec3> points, std::span<const glm::vec3> normals, std::span<float> all) {
         all_ = all;
         for (std::size_t done = 0; done < points.size();) {
-            done += start_block(points.subspan(done), normals.subspan(done), done);
-            if (short_test() == ShortTest::linked)
-                find_linked_neighbours();
-            find_all_changes();
-            resolve();
+            done += resolve_block(points.subspan(done), normals.subspan(done), done);
             count();
             if (short_test() == ShortTest::exact)
                 test_all_neighbours();
@@ -62,11 +58,7 @@ public:
     /// each point alone.
     void fill(std::span<const glm::vec3> points, std::span<const glm::vec3> normals) {
         for (std::size_t done = 0; done < points.size();) {
-            done += start_block(points.subspan(done), normals.subspan(done), done);
-            if (short_test() == ShortTest::linked)
-                find_linked_neighbours();
-            find_all_changes();
-            resolve();
+            done += resolve_block(points.subspan(done), normals.subspan(done), done);
         }
     }
 
@@ -94,6 +86,18 @@ private:
         if (tile < most_cached_tiles)
             return reaching_[static_cast<std::size_t>(&point - points_.data())][tile];
         return find_reaching(lights(), kernels_, tile, point.position, point.normal);
+    }
+
+    /// Takes a block of points as `start_block` does, and makes sure that all that counting it needs is
+    /// known.
+    std::size_t resolve_block(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
+                              std::size_t first_row) {
+        const std::size_t taken = start_block(positions, normals, first_row);
+        if (short_test() == ShortTest::linked)
+            find_linked_neighbours();
+        find_all_changes();
+        resolve();
+        return taken;
     }
 
     /// Takes as many points as there is room for, and finds their hemispheres. Returns how many; those whose
