@@ -144,8 +144,11 @@ void check_against_one_thread(const Tracer& tracer, const Work& work) {
         });
         for (const std::vector<float>& values : found)
             CHECK(values == expected);
-        CHECK(shared.statistics().light_points == alone.statistics().light_points);
-        CHECK(shared.statistics().bricks == alone.statistics().bricks);
+        // With links it depends on what was known to be uniform whether a point needed them.
+        if (work.settings.short_test != ShortTest::linked) {
+            CHECK(shared.statistics().light_points == alone.statistics().light_points);
+            CHECK(shared.statistics().bricks == alone.statistics().bricks);
+        }
     }
 }
 

@@ -116,7 +116,7 @@ TEST_CASE("kernels count and subtract the rows of cells as plain loops do") {
     }
 }
 
-TEST_CASE("kernels count and subtract cells in words as plain loops do") {
+TEST_CASE("kernels count and subtract cells in words, and uniform bricks, as plain loops do") {
     test::Random random(63);
     for (const Kernels* kernels : test::kernels_that_run()) {
         CAPTURE(kernels->name);
@@ -139,13 +139,23 @@ TEST_CASE("kernels count and subtract cells in words as plain loops do") {
                             words[c][2] |= static_cast<std::uint64_t>(byte) << (8 * rank++);
                         }
                     }
-                    cells.push_back({words[c].data(), static_cast<std::uint8_t>(random.next())});
+                    const auto points = static_cast<std::uint8_t>(random.next());
+                    cells.push_back({words[c][0], words[c][1] != 0 ? &words[c][1] : nullptr, points,
+                                     static_cast<std::uint8_t>(std::popcount(points))});
                 }
                 Counts counts = random_counts(random);
                 Counts expected = counts;
                 for (std::size_t c = 0; c < cell_count; ++c)
                     for (std::size_t l = 0; l < 64; ++l)
                         add_plainly(expected, l, plain[c][l] & cells[c].points, subtract);
+                for (std::size_t bricks = random.below(20); bricks > 0; --bricks) {
+                    const std::uint64_t lit = random.next();
+                    const auto count = static_cast<std::uint8_t>(random.below(65));
+                    cells.push_back({lit, nullptr, 0, count});
+                    for (std::size_t l = 0; l < 64; ++l)
+                        for (int i = 0; i < count; ++i)
+                            add_plainly(expected, l, static_cast<int>(lit >> l & 1), subtract);
+                }
                 kernels->add_words(cells.data(), cells.size(), subtract, counts.data());
                 CHECK(counts == expected);
             }

@@ -61,6 +61,7 @@ Tally compare(const Case& c, ShortTest short_test, std::uint64_t seed) {
     const std::vector<lightmesh::Light> lights = test::random_lights(random, 6);
     lightmesh::Settings settings;
     settings.radius = c.radius;
+    settings.adaptive_long_tests = false;
     settings.quality = c.quality;
     settings.short_test = short_test;
     settings.origin = c.origin;
@@ -133,6 +134,7 @@ TEST_CASE("the number of lights does not change a light's value") {
     for (const ShortTest short_test : test::all_short_tests) {
         lightmesh::Settings settings;
         settings.radius = 0.8f;
+        settings.adaptive_long_tests = false;
         settings.quality = 2.0f;
         settings.short_test = short_test;
         const lightmesh::LightMesh many{test::PlainTracer{&scene}, lights, settings};

@@ -36,6 +36,7 @@ struct CountingTracer {
 lightmesh::Settings settings_of(ShortTest short_test) {
     lightmesh::Settings settings;
     settings.radius = 1.0f;
+    settings.adaptive_long_tests = false;
     settings.quality = 3.0f;
     settings.short_test = short_test;
     return settings;

@@ -61,6 +61,7 @@ std::vector<lightmesh::Light> lights_above() {
 lightmesh::Settings settings_of(int map_size, bool refine, ShortTest short_test) {
     lightmesh::Settings settings;
     settings.radius = 1.5f;
+    settings.adaptive_long_tests = false;
     settings.quality = 3.0f;
     settings.short_test = short_test;
     settings.shadow_map_size = map_size;

@@ -103,14 +103,28 @@ TEST_CASE("a tile gives back the units that were published, few or many lights m
                        : random.below(2) == 0                                     ? 0
                                                                                   : ~std::uint64_t{0};
             }
+            // In every other brick some groups are sampled, before the first of their units.
+            lightmesh::detail::UniformLights samples;
+            if (round % 2 == 0)
+                for (std::size_t l = 0; l < 64; ++l)
+                    if ((lit[l] == 0 || ~lit[l] == 0) && random.below(4) != 0) {
+                        samples.uniform |= std::uint64_t{1} << l;
+                        samples.lit |= (lit[l] & 1) << l;
+                    }
             std::uint64_t known = 0;
             for (int part = 0; part < 4; ++part) {
                 const std::uint64_t fresh = std::uint64_t{random.next()} << 32 | random.next();
-                data.publish(brick, t, fresh, lit);
+                for (std::uint32_t group = 0; round % 2 == 0 && group < 8; ++group)
+                    if ((fresh & lightmesh::detail::every_byte << group) != 0)
+                        samples.sampled |= 1u << group;
+                data.publish(brick, t, fresh, lit, samples);
                 known |= fresh;
+                const std::uint64_t uniform =
+                    samples.uniform & lightmesh::detail::lights_of_groups(samples.sampled);
                 const auto* tile = data.view().find_tile(brick, t);
                 REQUIRE(tile != nullptr);
                 CHECK(tile->known == known);
+                CHECK(tile->uniform == uniform);
                 CHECK(data.view().missing(brick, t, ~std::uint64_t{0}) == ~known);
                 for (int cell = 0; cell < 8; ++cell)
                     for (std::size_t l = 0; l < 64; ++l)

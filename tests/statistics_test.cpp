@@ -45,6 +45,7 @@ struct CountingTracer {
 lightmesh::Settings settings_of(float radius, float quality, ShortTest short_test) {
     lightmesh::Settings settings;
     settings.radius = radius;
+    settings.adaptive_long_tests = false;
     settings.quality = quality;
     settings.short_test = short_test;
     return settings;

@@ -71,6 +71,7 @@ std::vector<lightmesh::Light> lights_for(const std::vector<test::Triangle>& scen
 lightmesh::Settings settings_of(float quality, ShortTest short_test) {
     lightmesh::Settings settings;
     settings.radius = 1.0f;
+    settings.adaptive_long_tests = false;
     settings.quality = quality;
     settings.short_test = short_test;
     return settings;

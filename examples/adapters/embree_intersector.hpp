@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -30,11 +31,28 @@ namespace demo {
 /// any of them. The scene must be committed, and must not change while a light mesh uses it.
 class EmbreeIntersector {
 public:
-    explicit EmbreeIntersector(RTCScene scene) : scene_(scene) { rtcRetainScene(scene_); }
-    EmbreeIntersector(const EmbreeIntersector& other) : EmbreeIntersector(other.scene_) {}
-    EmbreeIntersector(EmbreeIntersector&& other) noexcept : scene_(std::exchange(other.scene_, nullptr)) {}
+    /// How many segments at once are traced. The answers are the same.
+    enum class Batches {
+        packets,  ///< of 16 rays: for the rays of one light towards walls and ground
+        streams,  ///< INCOHERENT ones of 64 rays, where each ray soon goes its own way, as in foliage; Embree
+                  ///< 3
+    };
+
+    /// Chooses the faster of `Batches` by timing both, some milliseconds.
+    explicit EmbreeIntersector(RTCScene scene) : EmbreeIntersector(scene, Batches::packets) {
+#if RTC_VERSION_MAJOR < 4
+        batches_ = faster_batches();
+#endif
+    }
+    EmbreeIntersector(RTCScene scene, Batches batches) : scene_(scene), batches_(batches) {
+        rtcRetainScene(scene_);
+    }
+    EmbreeIntersector(const EmbreeIntersector& other) : EmbreeIntersector(other.scene_, other.batches_) {}
+    EmbreeIntersector(EmbreeIntersector&& other) noexcept
+        : scene_(std::exchange(other.scene_, nullptr)), batches_(other.batches_) {}
     EmbreeIntersector& operator=(EmbreeIntersector other) noexcept {
         std::swap(scene_, other.scene_);
+        std::swap(batches_, other.batches_);
         return *this;
     }
     ~EmbreeIntersector() {
@@ -73,8 +91,11 @@ public:
                               glm::normalize(glm::vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z))};
     }
 
-    /// Many segments at once. Embree 3 takes them as one stream: its INCOHERENT streams were the fastest form
-    /// of long tests in foliage and no slower elsewhere. Embree 4 has no streams: packets of 16.
+    Batches batches() const {
+        return batches_;
+    }
+
+    /// Many segments at once.
     void occluded(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) const {
         trace(segments, hit, nullptr);
     }
@@ -160,21 +181,25 @@ private:
 
     void trace(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
                float* shares) const {
-#if RTC_VERSION_MAJOR >= 4
-        constexpr std::size_t most = 16;
-#else
-        constexpr std::size_t most = 64;
-#endif
+        const std::size_t most = batches_ == Batches::packets ? 16 : 64;
         for (std::size_t first = 0; first < segments.size(); first += most) {
             const std::size_t count = (std::min)(segments.size() - first, most);
-            trace_some(segments.subspan(first, count), hit.subspan(first, count),
-                       shares != nullptr ? shares + first : nullptr);
+            const auto some = segments.subspan(first, count);
+            const auto hit_of_some = hit.subspan(first, count);
+            float* shares_of_some = shares != nullptr ? shares + first : nullptr;
+#if RTC_VERSION_MAJOR < 4
+            if (batches_ == Batches::streams) {
+                trace_stream(some, hit_of_some, shares_of_some);
+                continue;
+            }
+#endif
+            trace_packet(some, hit_of_some, shares_of_some);
         }
     }
 
 #if RTC_VERSION_MAJOR < 4
-    void trace_some(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
-                    float* shares) const {
+    void trace_stream(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
+                      float* shares) const {
         RTCRay rays[64];
         for (std::size_t i = 0; i < segments.size(); ++i)
             rays[i] = ray_along(segments[i], static_cast<unsigned>(i + 1));
@@ -183,6 +208,53 @@ private:
                       sizeof(RTCRay));
         for (std::size_t i = 0; i < segments.size(); ++i)
             hit[i] = is_blocked(rays[i].tfar) ? 1 : 0;
+    }
+
+    /// By the clock: 32 times the rays from some place in the scene to a block of 4x4x4 points beside a
+    /// surface, the work of long tests; the least of three times each.
+    Batches faster_batches() const {
+        RTCBounds bounds{};
+        rtcGetSceneBounds(scene_, &bounds);
+        const glm::vec3 low(bounds.lower_x, bounds.lower_y, bounds.lower_z);
+        const glm::vec3 size = glm::vec3(bounds.upper_x, bounds.upper_y, bounds.upper_z) - low;
+        if (!(glm::length(size) < 0x1p60f) || std::min({size.x, size.y, size.z}) < 0.0f)
+            return batches_;  // an empty scene
+        std::uint32_t random = 1;
+        const auto place = [&] {
+            glm::vec3 share;
+            for (int axis = 0; axis < 3; ++axis) {
+                random = random * 747796405u + 2891336453u;
+                share[axis] = static_cast<float>(random >> 8) * 0x1p-24f;
+            }
+            return low + share * size;
+        };
+        constexpr std::size_t of_block = 64;
+        std::array<std::array<lightmesh::Segment, of_block>, 32> blocks;
+        const float step = 0.01f * glm::length(size);
+        for (auto& block : blocks) {
+            const lightmesh::Segment path{place(), place()};
+            const auto hit = closest_hit(path);
+            const glm::vec3 way = path.target - path.origin;
+            const float length = glm::length(way);
+            const glm::vec3 at =
+                hit && length > 0.0f ? path.origin + way * (hit->distance / length) : path.target;
+            const glm::vec3 light = place();
+            for (std::size_t i = 0; i < of_block; ++i)
+                block[i] = {light, at + step * glm::vec3(i % 4, i / 4 % 4, i / 16)};
+        }
+        std::array<double, 2> least{1.0, 1.0};
+        std::array<std::uint8_t, of_block> hit;
+        for (int round = 0; round < 6; ++round) {
+            const auto tried = round % 2 == 0 ? Batches::packets : Batches::streams;
+            const EmbreeIntersector with(scene_, tried);
+            const auto start = std::chrono::steady_clock::now();
+            for (const auto& block : blocks)
+                with.occluded(block, hit);
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+            double& of_tried = least[static_cast<std::size_t>(tried)];
+            of_tried = (std::min)(of_tried, spent.count());
+        }
+        return least[0] <= least[1] ? Batches::packets : Batches::streams;
     }
 #endif
 
@@ -213,9 +285,8 @@ private:
         return tfar < 0.0f;
     }
 
-#if RTC_VERSION_MAJOR >= 4
-    void trace_some(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
-                    float* shares) const {
+    void trace_packet(std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit,
+                      float* shares) const {
         alignas(64) int valid[16] = {};
         alignas(64) RTCRay16 rays{};
         for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -232,14 +303,18 @@ private:
             rays.mask[i] = ray.mask;
         }
         Context context(segments.data(), shares);
+#if RTC_VERSION_MAJOR >= 4
         RTCOccludedArguments arguments = context.arguments();
         rtcOccluded16(valid, scene_, &rays, &arguments);
+#else
+        rtcOccluded16(valid, scene_, &context.embree, &rays);
+#endif
         for (std::size_t i = 0; i < segments.size(); ++i)
             hit[i] = is_blocked(rays.tfar[i]) ? 1 : 0;
     }
-#endif
 
     RTCScene scene_;
+    Batches batches_ = Batches::packets;
 };
 
 }  // namespace demo

@@ -49,7 +49,7 @@ public:
     void fill(const MissingList& missing) const {
         LongTestCost cost;
         for (const MissingUnits& units : missing.entries())
-            fill_long_tests(data_, tracer_, long_tests_, units, cost);
+            BrickFill(data_, tracer_, long_tests_, units, cost).run();
         long_tests_done_.fetch_add(cost.tests, std::memory_order_relaxed);
         long_rays_.fetch_add(cost.rays, std::memory_order_relaxed);
     }

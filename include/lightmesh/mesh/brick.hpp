@@ -72,15 +72,16 @@ struct alignas(16) CellRow {
     std::array<std::uint8_t, lights_per_tile> bytes;
 };
 
-/// Where a cell's visibilities are. Cells that few lights see by half, most of all outside foliage, take two
-/// words and a byte for each such light; the others take a `CellRow`.
+/// Where a cell's visibilities are, but for lights that are uniform in its brick (see `BrickTile`), whose
+/// bits are 0 here. Cells that few lights see by half, most of all outside foliage, take two words and a byte
+/// for each such light; the others take a `CellRow`; those that are dark nothing.
 struct CellIndex {
     std::uint32_t value = 0;
 
     static CellIndex row(std::uint32_t index) { return {2 * (index + 1)}; }
     static CellIndex words(std::uint32_t index) { return {2 * (index + 1) + 1}; }
 
-    bool is_known() const { return value != 0; }
+    bool is_dark() const { return value == 0; }
     bool is_words() const { return (value & 1) != 0; }
     std::uint32_t index() const { return value / 2 - 1; }
 };
@@ -93,8 +94,27 @@ inline constexpr int most_mixed_in_words = 8;
 struct BrickTile {
     /// Bit 8 * cell + group: whether the lights of the group are known in the cell.
     std::uint64_t known;
+    std::uint64_t uniform;  ///< lights that all light points of the brick see, or that none sees; if sampled
+    std::uint64_t lit;      ///< of these the lights that are seen
     std::array<std::uint32_t, cells_per_brick> cells;  ///< `CellIndex` values
+    std::uint32_t sampled;                             ///< one bit a group: whether `uniform` is known
+    std::uint32_t unused;
 };
+
+/// What samples of a brick have told of a tile's lights: see `BrickTile`.
+struct UniformLights {
+    std::uint32_t sampled = 0;
+    std::uint64_t uniform = 0;
+    std::uint64_t lit = 0;
+};
+
+/// One bit for each light of the groups in `groups` (one bit a group).
+constexpr std::uint64_t lights_of_groups(std::uint32_t groups) {
+    std::uint64_t lights = 0;
+    for (std::uint32_t g = 0; g < 8; ++g)
+        lights |= (groups >> g & 1) != 0 ? std::uint64_t{0xff} << (8 * g) : 0;
+    return lights;
+}
 
 /// 4x4x4 light points.
 struct Brick {

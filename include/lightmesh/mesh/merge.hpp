@@ -94,6 +94,9 @@ private:
                    " and " + to_text(glm::vec3(mine.origin())));
         if (long_tests != from_.long_tests())
             refuse("its long tests are of another kind");
+        if (data_.is_adaptive() != from_.settings().adaptive_long_tests)
+            refuse(data_.is_adaptive() ? "its long tests were all traced, where this mesh has adaptive ones"
+                                       : "its long tests are adaptive, where this mesh traces all");
     }
 
     /// For each light of the mesh whether the snapshot has the same; lights keep their numbers.
@@ -134,11 +137,14 @@ private:
                                     [&](const Bounds& changed) { return crosses(box, shape, changed); });
     }
 
-    /// What the snapshot knows of a tile of this mesh: units, and the lights' bits.
-    std::uint64_t read_tile(const Brick& brick, std::size_t t, BrickWords& lit) const {
+    /// What the snapshot knows of a tile of this mesh: units, the lights' bits, and what samples told.
+    std::uint64_t read_tile(const Brick& brick, std::size_t t, BrickWords& lit,
+                            UniformLights& samples) const {
         lit.fill(0);
+        samples = {};
         const LightTable& lights = data_.lights();
         std::uint64_t known = ~std::uint64_t{0};
+        std::uint64_t sampled = 0;  // lights
         const auto size = static_cast<std::size_t>(lights.tile_size(t));
         for (std::size_t l = 0; l < size; ++l) {
             const std::size_t light = lights.order().light_at(t * lights_per_tile + l);
@@ -148,6 +154,9 @@ private:
                 const std::size_t their_l = place % lights_per_tile;
                 if (const BrickTile* tile = from_.view().find_tile(brick, place / lights_per_tile)) {
                     cells = tile->known >> (their_l / lights_per_group) & every_byte;
+                    sampled |= (std::uint64_t{tile->sampled} >> (their_l / lights_per_group) & 1) << l;
+                    samples.uniform |= (tile->uniform >> their_l & 1) << l;
+                    samples.lit |= (tile->lit >> their_l & 1) << l;
                     for (std::uint64_t rest = cells; rest != 0; rest &= rest - 1) {
                         const int first = std::countr_zero(rest);
                         lit[l] |=
@@ -161,15 +170,23 @@ private:
         }
         for (std::size_t group = (size + 7) / 8; group < 8; ++group)
             known &= ~(every_byte << group);
+        // In the groups that have lights places without one are dark.
+        if (size < lights_per_tile) {
+            samples.uniform |= ~std::uint64_t{0} << size;
+            sampled |= ~std::uint64_t{0} << size;
+        }
+        for (std::uint32_t group = 0; 8 * group < size; ++group)
+            samples.sampled |= (~sampled >> (8 * group) & 0xff) == 0 ? 1u << group : 0u;
         return known;
     }
 
     template <class Visitor>
     void for_each_tile(const Brick& brick, Visitor&& visit) const {
         BrickWords lit;
+        UniformLights samples;
         for (std::size_t t = 0; t < data_.lights().tile_count(); ++t)
-            if (const std::uint64_t known = read_tile(brick, t, lit); known != 0)
-                visit(t, known, lit);
+            if (const std::uint64_t known = read_tile(brick, t, lit, samples); (known | samples.sampled) != 0)
+                visit(t, known, lit, samples);
     }
 
     void check_same_scene() const {
@@ -180,21 +197,22 @@ private:
             const Brick* own = mine.find_brick(brick.position());
             if (own == nullptr)
                 continue;
-            for_each_tile(brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit) {
-                const BrickTile* tile = mine.find_tile(*own, t);
-                if (tile == nullptr)
-                    return;
-                for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(t)); ++l) {
-                    std::uint64_t both = (known & tile->known) >> (l / lights_per_group) & every_byte;
-                    for (; both != 0; both &= both - 1) {
-                        const int first = std::countr_zero(both);
-                        const auto theirs = static_cast<std::uint8_t>(lit[l] >> first);
-                        compared += 8;
-                        differing += static_cast<std::uint64_t>(std::popcount(
-                            static_cast<std::uint32_t>(theirs ^ mine.lit_in_cell(*tile, first / 8, l))));
+            for_each_tile(
+                brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit, const UniformLights&) {
+                    const BrickTile* tile = mine.find_tile(*own, t);
+                    if (tile == nullptr)
+                        return;
+                    for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(t)); ++l) {
+                        std::uint64_t both = (known & tile->known) >> (l / lights_per_group) & every_byte;
+                        for (; both != 0; both &= both - 1) {
+                            const int first = std::countr_zero(both);
+                            const auto theirs = static_cast<std::uint8_t>(lit[l] >> first);
+                            compared += 8;
+                            differing += static_cast<std::uint64_t>(std::popcount(
+                                static_cast<std::uint32_t>(theirs ^ mine.lit_in_cell(*tile, first / 8, l))));
+                        }
                     }
-                }
-            });
+                });
         }
         if (1000 * differing > compared)
             throw std::invalid_argument("lightmesh: the snapshot is not of the same scene: of " +
@@ -212,8 +230,9 @@ private:
             if (all_copied)
                 return;
         }
-        for_each_tile(brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit) {
-            data_.publish(data_.find_or_make_brick(brick.position()), t, known, lit);
+        for_each_tile(brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit,
+                                 const UniformLights& samples) {
+            data_.publish(data_.find_or_make_brick(brick.position()), t, known, lit, samples);
         });
     }
 

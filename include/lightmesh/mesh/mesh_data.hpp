@@ -52,6 +52,10 @@ public:
     const Settings& settings() const { return settings_; }
     const Grid& grid() const { return grid_; }
     const LightTable& lights() const { return lights_; }
+    /// Whether long tests are found by samples (see `Settings::adaptive_long_tests`).
+    bool is_adaptive() const {
+        return settings_.adaptive_long_tests && settings_.short_test != ShortTest::exact;
+    }
     /// As they were passed in.
     std::span<const Light> user_lights() const { return user_lights_; }
 
@@ -83,23 +87,37 @@ public:
         return brick;
     }
 
-    /// Stores units of a tile of a brick (see `BrickTile::known`); those that are there stay as they are:
-    /// they have the same value. Throws what `Pool::allocate` throws.
-    void publish(const Brick& brick, std::size_t t, std::uint64_t fresh, const BrickWords& lit) {
+    /// Stores units of a tile of a brick (see `BrickTile::known`), and what samples tell of their lights;
+    /// what is there stays as it is: it has the same value. Groups must be sampled before, or as, the first
+    /// of their units are stored, or never. Throws what `Pool::allocate` throws.
+    void publish(const Brick& brick, std::size_t t, std::uint64_t fresh, const BrickWords& lit,
+                 const UniformLights& samples = {}) {
         const SpinLock lock(const_cast<Brick&>(brick).lock);
         BrickTile& tile = find_or_make_tile(brick, t);
         fresh &= ~tile.known;
+        const std::uint32_t sampled = samples.sampled & ~tile.sampled;
+        const std::uint64_t of_sampled = lights_of_groups(sampled);
+        const std::uint64_t uniform = tile.uniform | (samples.uniform & of_sampled);
+        std::array<std::uint32_t, cells_per_brick> cells = tile.cells;
         for (int cell = 0; cell < cells_per_brick; ++cell) {
             const auto groups = static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff;
-            if (groups == 0)
+            const std::uint64_t stored = lights_of_groups(groups) & ~uniform;
+            if (stored == 0)
                 continue;
-            const CellIndex before{tile.cells[static_cast<std::size_t>(cell)]};
-            CellRow row = before.is_known() ? row_of(tile, cell) : CellRow{};
-            for (std::size_t l = 0; l < lights_per_tile; ++l)
-                if ((groups >> (l / lights_per_group) & 1) != 0)
-                    row.bytes[l] = static_cast<std::uint8_t>(lit[l] >> (8 * cell));
-            store_release(tile.cells[static_cast<std::size_t>(cell)], keep(row).value);
+            CellRow row = row_of(tile, cell);
+            for (std::uint64_t rest = stored; rest != 0; rest &= rest - 1) {
+                const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+                row.bytes[l] = static_cast<std::uint8_t>(lit[l] >> (8 * cell));
+            }
+            cells[static_cast<std::size_t>(cell)] = keep(row).value;
         }
+        // From here on nothing throws.
+        or_relaxed(tile.lit, samples.lit & samples.uniform & of_sampled);
+        or_release(tile.uniform, uniform);
+        or_release(tile.sampled, sampled);
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+            if (cells[cell] != tile.cells[cell])
+                store_release(tile.cells[cell], cells[cell]);
         or_release(tile.known, fresh);
     }
 
@@ -108,11 +126,14 @@ public:
     bool publish_copy(const Brick& brick, std::size_t t, const MeshView& from, const BrickTile& copied) {
         const SpinLock lock(const_cast<Brick&>(brick).lock);
         BrickTile& tile = find_or_make_tile(brick, t);
-        if (tile.known != 0)
+        if ((tile.known | tile.sampled) != 0)
             return false;
+        or_relaxed(tile.lit, copied.lit);
+        or_release(tile.uniform, copied.uniform);
+        or_release(tile.sampled, copied.sampled);
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
             const CellIndex at{copied.cells[cell]};
-            if ((copied.known >> (8 * cell) & 0xff) == 0)
+            if (at.is_dark())
                 continue;
             if (at.is_words()) {
                 const std::uint64_t* record = &from.words[at.index()];
@@ -178,9 +199,11 @@ public:
                rows_.bytes() + words_.bytes();
     }
 
-    /// All lights of a cell of which something is known; those of unknown groups are dark.
+    /// What a cell holds of all lights; 0 for those of unknown groups and for uniform ones.
     CellRow row_of(const BrickTile& tile, int cell) const {
         const CellIndex at{load_acquire(tile.cells[static_cast<std::size_t>(cell)])};
+        if (at.is_dark())
+            return CellRow{};
         if (!at.is_words())
             return rows_[at.index()];
         const std::uint64_t* record = &words_[at.index()];
@@ -255,6 +278,8 @@ private:
             lit |= static_cast<std::uint64_t>(row.bytes[l] == 0xff) << l;
             mixed |= static_cast<std::uint64_t>(row.bytes[l] != 0xff && row.bytes[l] != 0) << l;
         }
+        if ((lit | mixed) == 0)
+            return {};
         if (std::popcount(mixed) > most_mixed_in_words) {
             const std::uint32_t index = rows_.allocate();
             rows_[index] = row;

@@ -58,14 +58,23 @@ struct MeshView {
         return tile == nullptr ? needed : needed & ~load_acquire(tile->known);
     }
 
+    /// Of lights that are uniform in a brick those that it sees.
+    std::uint64_t sees_uniform(const Brick& brick, std::size_t t, std::uint64_t of_lights) const {
+        return load_relaxed(find_tile(brick, t)->lit) & of_lights;
+    }
+
     /// Bit p of the result: V(L, x) of the light at place l of tile t from light point p of a cell whose unit
     /// is known.
     std::uint8_t lit_in_cell(const BrickTile& tile, int cell, std::size_t l) const {
+        const std::uint64_t bit = std::uint64_t{1} << l;
+        if ((load_acquire(tile.uniform) & bit) != 0)
+            return (load_relaxed(tile.lit) & bit) != 0 ? 0xff : 0;
         const CellIndex at{load_acquire(tile.cells[static_cast<std::size_t>(cell)])};
+        if (at.is_dark())
+            return 0;
         if (!at.is_words())
             return rows[at.index()].bytes[l];
         const std::uint64_t* record = &words[at.index()];
-        const std::uint64_t bit = std::uint64_t{1} << l;
         if ((record[1] & bit) == 0)
             return (record[0] & bit) != 0 ? 0xff : 0;
         const int rank = std::popcount(record[1] & (bit - 1));

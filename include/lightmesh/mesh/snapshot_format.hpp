@@ -43,7 +43,7 @@ enum SnapshotSectionName : std::size_t {
 
 struct SnapshotHeader {
     static constexpr std::array<char, 8> right_magic{'l', 'i', 'g', 'h', 't', 'm', 's', 'h'};
-    static constexpr std::uint32_t right_version = 1;
+    static constexpr std::uint32_t right_version = 2;
     static constexpr std::uint32_t right_byte_order = 0x01020304;
 
     std::array<char, 8> magic;
@@ -56,6 +56,8 @@ struct SnapshotHeader {
     std::array<double, 3> origin;  ///< `Grid::origin`
     std::uint32_t short_test;
     std::uint32_t long_tests;  ///< `LongTestKind`
+    std::uint32_t adaptive;    ///< 1 if long tests were found by samples, else 0
+    std::uint32_t unused;
     std::array<SnapshotSection, section_count> sections;
 };
 

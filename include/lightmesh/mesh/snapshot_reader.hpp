@@ -69,7 +69,8 @@ private:
         require_right(header_.byte_order == SnapshotHeader::right_byte_order,
                       "it was written on a machine of the other byte order");
         if (header_.version != SnapshotHeader::right_version)
-            refuse("its version is " + std::to_string(header_.version) + ", and only version 1 is known");
+            refuse("its version is " + std::to_string(header_.version) + ", and only version " +
+                   std::to_string(SnapshotHeader::right_version) + " is known");
         if (header_.size != bytes_.size())
             refuse("it has " + std::to_string(bytes_.size()) + " bytes where its header says " +
                    std::to_string(header_.size));
@@ -84,6 +85,8 @@ private:
         settings_.short_test = static_cast<ShortTest>(header_.short_test);
         require_right(header_.long_tests <= static_cast<std::uint32_t>(LongTestKind::shadow_volumes),
                       "there is no such long test");
+        require_right(header_.adaptive <= 1 && header_.unused == 0, "it is of no known kind");
+        settings_.adaptive_long_tests = header_.adaptive != 0;
         grid_ = std::make_unique<const Grid>(
             settings_, glm::dvec3(header_.origin[0], header_.origin[1], header_.origin[2]));
         settings_.origin = glm::vec3(grid_->origin());
@@ -183,12 +186,15 @@ private:
         if (index == 0)
             return;
         const BrickTile& tile = view_.tiles[index - 1];
+        require_right(tile.sampled <= 0xff && (tile.uniform & ~lights_of_groups(tile.sampled)) == 0 &&
+                          (tile.lit & ~tile.uniform) == 0 && (header_.adaptive != 0 || tile.sampled == 0),
+                      "a brick's samples make no sense");
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
             const CellIndex at{tile.cells[cell]};
-            if (!at.is_known() || at.value == 1) {
-                require_right(at.value == 0 && (tile.known >> (8 * cell) & 0xff) == 0,
-                              "a cell is said to be known that is not there");
-            } else if (at.is_words()) {
+            if (at.is_dark())
+                continue;
+            require_right(at.value != 1, "a cell is named that is not there");
+            if (at.is_words()) {
                 check_words(at.index());
             } else {
                 require_right(at.index() < header_.sections[rows_section].count,

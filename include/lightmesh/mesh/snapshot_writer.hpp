@@ -39,6 +39,7 @@ public:
         header.origin = {data_.grid().origin().x, data_.grid().origin().y, data_.grid().origin().z};
         header.short_test = static_cast<std::uint32_t>(data_.settings().short_test);
         header.long_tests = static_cast<std::uint32_t>(long_tests);
+        header.adaptive = data_.is_adaptive() ? 1 : 0;
         std::vector<LightRecord> lights;
         for (const Light& light : data_.user_lights())
             lights.push_back(record_of(light));
@@ -127,13 +128,15 @@ private:
     std::uint32_t copy_tile(const BrickTile& tile) {
         BrickTile copied{};
         copied.known = load_acquire(tile.known);
-        if (copied.known == 0)
+        copied.sampled = load_acquire(tile.sampled);
+        if ((copied.known | copied.sampled) == 0)
             return 0;
+        copied.uniform = load_relaxed(tile.uniform) & lights_of_groups(copied.sampled);
+        copied.lit = load_relaxed(tile.lit) & copied.uniform;
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
-            const std::uint64_t groups = copied.known >> (8 * cell) & 0xff;
-            if (groups == 0)
-                continue;
             const CellIndex at{load_acquire(tile.cells[cell])};
+            if (at.is_dark() || (copied.known >> (8 * cell) & 0xff) == 0)
+                continue;
             if (at.is_words()) {
                 const std::uint64_t* record = &mesh_.words[at.index()];
                 copied.cells[cell] = CellIndex::words(static_cast<std::uint32_t>(words_.size())).value;

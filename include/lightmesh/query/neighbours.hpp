@@ -4,6 +4,7 @@
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
+#include <lightmesh/support/atomics.hpp>
 #include <lightmesh/support/popcount.hpp>
 
 #include <glm/vec3.hpp>
@@ -144,5 +145,21 @@ private:
     std::size_t size_ = 0;
     int point_count_ = 0;
 };
+
+/// Whether the bricks of a set are known to be uniform for each of these lights of a tile, and alike. Without
+/// entries nothing is known.
+inline bool bricks_agree(const MeshView& mesh, std::span<const BrickPoints> entries, std::size_t tile,
+                         std::uint64_t lights) {
+    std::uint64_t all_lit = lights;
+    std::uint64_t any_lit = 0;
+    for (const BrickPoints& entry : entries) {
+        const BrickTile* known = mesh.find_tile(*entry.brick, tile);
+        if (known == nullptr || (lights & ~load_acquire(known->uniform)) != 0)
+            return lights == 0;
+        all_lit &= load_relaxed(known->lit);
+        any_lit |= load_relaxed(known->lit) & lights;
+    }
+    return all_lit == any_lit;
+}
 
 }  // namespace lightmesh::detail

@@ -93,8 +93,10 @@ private:
     std::size_t resolve_block(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
                               std::size_t first_row) {
         const std::size_t taken = start_block(positions, normals, first_row);
-        if (short_test() == ShortTest::linked)
+        if (short_test() == ShortTest::linked) {
+            find_uniform_points();
             find_linked_neighbours();
+        }
         find_all_changes();
         resolve();
         return taken;
@@ -167,6 +169,16 @@ private:
         return size;
     }
 
+    /// Points whose neighbours are known to agree about each light that reaches them: there the short test
+    /// can't change the result, as long as it leaves any neighbour.
+    void find_uniform_points() {
+        for (QueryPoint& point : points()) {
+            point.is_uniform = true;
+            for (std::size_t t = 0; t < lights().tile_count() && point.is_uniform; ++t)
+                point.is_uniform = bricks_agree(mesh_, point.neighbours.entries(), t, reaching(point, t));
+        }
+    }
+
     /// The linked short test: seeds by rays in batches, the next one of each point that did not see its last.
     void find_linked_neighbours() {
         mesh_ = filler_.data().view();
@@ -191,7 +203,8 @@ private:
                 spent_->short_rays += size;
             waiting_count = 0;
             for (std::size_t k = 0; k < size; ++k) {
-                if (hit[k] != 0 || !link_to_seed(filler_, mesh_, points_[waiting[k]]))
+                QueryPoint& point = points_[waiting[k]];
+                if (hit[k] != 0 || !(point.is_uniform || link_to_seed(filler_, mesh_, point)))
                     waiting[waiting_count++] = waiting[k];
             }
         }
@@ -205,8 +218,8 @@ private:
             const QueryPoint& before = points_[i - 1];
             const std::span<const BrickPoints> old_set = before.neighbours.entries();
             const std::span<const BrickPoints> new_set = point.neighbours.entries();
-            if (point.window != before.window || old_set.empty() || new_set.empty() ||
-                old_set.size() + new_set.size() > 4 * most_changes_of_point)
+            if (point.is_uniform || before.is_uniform || point.window != before.window || old_set.empty() ||
+                new_set.empty() || old_set.size() + new_set.size() > 4 * most_changes_of_point)
                 continue;
             const std::size_t found = find_changes(old_set, new_set, &changes_[size]);
             int changed_points = 0;
@@ -230,9 +243,8 @@ private:
         missing_.clear();
         for (std::size_t t = 0; t < lights().tile_count(); ++t) {
             std::uint32_t groups_before = 0;
-            for (std::size_t i = 0; i < point_count_; ++i) {
-                const QueryPoint& point = points_[i];
-                const std::uint32_t groups = groups_of(reaching(point, t));
+            for (const QueryPoint& point : points()) {
+                const std::uint32_t groups = point.is_uniform ? 0 : cell_bits(reaching(point, t));
                 const bool is_checked = point.differs_little && (groups & ~groups_before) == 0;
                 groups_before = groups;
                 if (groups == 0)
@@ -269,13 +281,17 @@ private:
             const QueryPoint* counted = nullptr;
             for (QueryPoint& point : points()) {
                 const std::uint64_t lit = reaching(point, t);
-                const std::uint32_t groups = groups_of(lit);
+                const std::uint32_t groups = cell_bits(lit);
                 if (groups == 0) {
                     give(point, t, nullptr);
                     continue;
                 }
                 if (point.neighbours.point_count() == 0) {
                     trace_shadow_rays(point, t, lit);
+                    continue;
+                }
+                if (point.is_uniform) {
+                    give_uniform(point, t, lit);
                     continue;
                 }
                 if (point.differs_little && counted == &point - 1 && (groups & ~counted_groups) == 0) {
@@ -297,6 +313,15 @@ private:
         for (const QueryPoint& point : points())
             if (point.neighbours.point_count() == 0)
                 note_empty();
+    }
+
+    /// All neighbours agree about each light: what one of them sees.
+    void give_uniform(const QueryPoint& point, std::size_t tile, std::uint64_t lit) {
+        lit = mesh_.sees_uniform(*point.neighbours.entries().front().brick, tile, lit);
+        std::array<float, lights_per_tile> values;
+        for (std::size_t l = 0; l < lights_per_tile; ++l)
+            values[l] = static_cast<float>(lit >> l & 1);
+        give(point, tile, values.data());
     }
 
     void divide(QueryPoint& point, std::size_t tile, const Tally& tally, std::uint64_t lit) {
@@ -416,20 +441,24 @@ float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3
     point.neighbours = Neighbours(entries, size);
     mesh = filler.data().view();
     const ShortTest short_test = mesh.settings->short_test;
+    const std::size_t place = mesh.lights->order().place_of(light);
+    const std::size_t tile = place / lights_per_tile;
+    const std::uint64_t bit = std::uint64_t{1} << (place % lights_per_tile);
+    const std::uint64_t group = every_byte << (place % lights_per_tile / lights_per_group);
     if (short_test == ShortTest::linked) {
+        point.is_uniform = bricks_agree(mesh, point.neighbours.entries(), tile, bit);
         point.seeds = {*mesh.grid, point.grid_place, point.position, point.normal};
         while (point.next_seed()) {
             if (spent != nullptr)
                 ++spent->short_rays;
             const Segment ray{surface_end_of(point, *mesh.grid), mesh.grid->position(point.seed)};
-            if (!filler.tracer().occluded(ray) && link_to_seed(filler, mesh, point))
+            if (!filler.tracer().occluded(ray) && (point.is_uniform || link_to_seed(filler, mesh, point)))
                 break;
         }
     }
 
-    const std::size_t place = mesh.lights->order().place_of(light);
-    const std::size_t tile = place / lights_per_tile;
-    const std::uint64_t group = every_byte << (place % lights_per_tile / lights_per_group);
+    if (point.is_uniform && point.neighbours.point_count() != 0)
+        return mesh.sees_uniform(*point.neighbours.entries().front().brick, tile, bit) ? 1.0f : 0.0f;
     MissingList missing;
     for (const BrickPoints& entry : point.neighbours.entries()) {
         const std::uint64_t units = mesh.missing(*entry.brick, tile, cells_in(entry.points) & group);

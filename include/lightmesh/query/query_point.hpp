@@ -29,6 +29,7 @@ struct QueryPoint {
     std::uint32_t first_change = 0;
     std::uint32_t change_count = 0;
     bool differs_little = false;  ///< from the point before
+    bool is_uniform = false;      ///< for each light that reaches the point all neighbours agree
     bool lights_agree = true;     ///< for each light that reaches the point all neighbours agree
 
     QueryPoint() = default;

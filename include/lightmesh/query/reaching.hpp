@@ -26,9 +26,4 @@ inline std::uint64_t find_reaching(const LightTable& lights, const Kernels& kern
     return reaching;
 }
 
-/// One bit for each group of 8 lights that has any.
-inline std::uint32_t groups_of(std::uint64_t lights) {
-    return cell_bits(lights);
-}
-
 }  // namespace lightmesh::detail

@@ -6,6 +6,7 @@
 #include <lightmesh/query/kernels/kernel_types.hpp>
 #include <lightmesh/query/neighbours.hpp>
 #include <lightmesh/support/atomics.hpp>
+#include <lightmesh/support/popcount.hpp>
 
 #include <array>
 #include <bit>
@@ -80,7 +81,7 @@ private:
     /// Cells that are yet to be counted.
     struct Cells {
         std::array<RowPoints, capacity + cells_per_brick> rows;
-        std::array<WordPoints, capacity + cells_per_brick> words;
+        std::array<WordPoints, capacity + cells_per_brick + 1> words;
         std::size_t row_count = 0;
         std::size_t word_count = 0;
     };
@@ -91,16 +92,21 @@ private:
         const BrickTile* tile = mesh_.find_tile(brick, tile_);
         if (tile == nullptr)
             return;
+        if (const std::uint64_t lit = load_relaxed(tile->lit); lit != 0)
+            cells.words[cells.word_count++] = {lit, nullptr, 0, static_cast<std::uint8_t>(popcount(points))};
         for (std::uint64_t rest = cells_in(points) & every_byte; rest != 0; rest &= rest - 1) {
             const int first = std::countr_zero(rest);
             const CellIndex at{load_acquire(tile->cells[static_cast<std::size_t>(first / 8)])};
-            if (!at.is_known())
+            if (at.is_dark())
                 continue;
             const auto in_cell = static_cast<std::uint8_t>(points >> first);
-            if (at.is_words())
-                cells.words[cells.word_count++] = {&mesh_.words[at.index()], in_cell};
-            else
+            if (at.is_words()) {
+                const std::uint64_t* record = &mesh_.words[at.index()];
+                cells.words[cells.word_count++] = {record[0], record[1] != 0 ? record + 1 : nullptr, in_cell,
+                                                   static_cast<std::uint8_t>(popcount(in_cell))};
+            } else {
                 cells.rows[cells.row_count++] = {mesh_.rows[at.index()].bytes.data(), in_cell};
+            }
         }
         if (cells.row_count > capacity || cells.word_count > capacity)
             flush(cells, &cells == &removed_);

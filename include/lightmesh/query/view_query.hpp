@@ -85,7 +85,7 @@ inline std::size_t query_view(const MeshView& mesh, const glm::vec3& position, c
     std::size_t missing = 0;
     for (std::size_t t = 0; t < mesh.lights->tile_count(); ++t) {
         const std::uint64_t reaching = find_reaching(*mesh.lights, kernels(), t, position, unit_normal);
-        std::uint64_t known_groups = is_known ? groups_of(reaching) * every_byte : 0;
+        std::uint64_t known_groups = is_known ? cell_bits(reaching) * every_byte : 0;
         alignas(64) std::array<float, lights_per_tile> values{};
         if (known_groups != 0) {
             Tally tally(mesh, kernels(), t);

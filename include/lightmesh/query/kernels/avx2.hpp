@@ -163,22 +163,21 @@ LIGHTMESH_AVX2 inline __m256i bytes_of(std::uint32_t bits) {
     return _mm256_cmpeq_epi8(_mm256_and_si256(spread, bit), bit);
 }
 
-LIGHTMESH_AVX2 inline void add_words(const WordPoints* cells, std::size_t size, bool subtract,
+LIGHTMESH_AVX2 inline void add_words(const WordPoints* points, std::size_t size, bool subtract,
                                      std::uint16_t* counts) {
-    for (std::size_t first = 0; first < size; first += cells_per_flush) {
-        const std::size_t last = (std::min)(first + cells_per_flush, size);
+    for (std::size_t first = 0, last = 0; first < size; first = last) {
+        last = end_of_byte_sums(points, first, size);
         __m256i sums[2] = {_mm256_setzero_si256(), _mm256_setzero_si256()};
-        for (std::size_t c = first; c < last; ++c) {
-            const std::uint64_t lit = cells[c].words[0];
+        for (std::size_t i = first; i < last; ++i) {
+            const std::uint64_t lit = points[i].lit;
             if (lit != 0) {
-                const __m256i points = _mm256_set1_epi8(
-                    static_cast<char>(std::popcount(static_cast<std::uint32_t>(cells[c].points))));
+                const __m256i count = _mm256_set1_epi8(static_cast<char>(points[i].count));
                 for (int half = 0; half < 2; ++half)
                     sums[half] = _mm256_add_epi8(
                         sums[half],
-                        _mm256_and_si256(bytes_of(static_cast<std::uint32_t>(lit >> (32 * half))), points));
+                        _mm256_and_si256(bytes_of(static_cast<std::uint32_t>(lit >> (32 * half))), count));
             }
-            add_mixed(cells[c], subtract, counts);
+            add_mixed(points[i], subtract, counts);
         }
         flush(sums, subtract, counts);
     }

@@ -101,16 +101,15 @@ LIGHTMESH_AVX512 inline void add_rows(const RowPoints* rows, std::size_t size, b
     }
 }
 
-LIGHTMESH_AVX512 inline void add_words(const WordPoints* cells, std::size_t size, bool subtract,
+LIGHTMESH_AVX512 inline void add_words(const WordPoints* points, std::size_t size, bool subtract,
                                        std::uint16_t* counts) {
-    for (std::size_t first = 0; first < size; first += cells_per_flush) {
-        const std::size_t last = (std::min)(first + cells_per_flush, size);
+    for (std::size_t first = 0, last = 0; first < size; first = last) {
+        last = end_of_byte_sums(points, first, size);
         __m512i sums = _mm512_setzero_si512();
-        for (std::size_t c = first; c < last; ++c) {
-            const __m512i points = _mm512_set1_epi8(
-                static_cast<char>(std::popcount(static_cast<std::uint32_t>(cells[c].points))));
-            sums = _mm512_mask_add_epi8(sums, _cvtu64_mask64(cells[c].words[0]), sums, points);
-            add_mixed(cells[c], subtract, counts);
+        for (std::size_t i = first; i < last; ++i) {
+            const __m512i count = _mm512_set1_epi8(static_cast<char>(points[i].count));
+            sums = _mm512_mask_add_epi8(sums, _cvtu64_mask64(points[i].lit), sums, count);
+            add_mixed(points[i], subtract, counts);
         }
         flush(sums, subtract, counts);
     }

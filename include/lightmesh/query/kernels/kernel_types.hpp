@@ -17,10 +17,12 @@ struct RowPoints {
     std::uint8_t points;
 };
 
-/// Light points of a cell, and what they see in words (see `CellIndex`).
+/// Light points of a cell or of a brick, and what they see in words (see `CellIndex`).
 struct WordPoints {
-    const std::uint64_t* words;
-    std::uint8_t points;
+    std::uint64_t lit;           ///< lights that all of them see
+    const std::uint64_t* mixed;  ///< lights that some see, and the bytes for `points`; null if there are none
+    std::uint8_t points;         ///< of the cell
+    std::uint8_t count;          ///< how many light points, up to 64
 };
 
 /// The inner loops of a query, for one kind of processor. All kinds give the same bits: whatever decides is
@@ -38,7 +40,7 @@ struct Kernels {
     /// Adds to counts[l] (modulo 2^16), for each light l of a tile, how many of the light points see it; or
     /// subtracts it.
     void (*add_rows)(const RowPoints* rows, std::size_t size, bool subtract, std::uint16_t* counts);
-    void (*add_words)(const WordPoints* cells, std::size_t size, bool subtract, std::uint16_t* counts);
+    void (*add_words)(const WordPoints* points, std::size_t size, bool subtract, std::uint16_t* counts);
 
     /// values[l] = counts[l] / count for the lights in `reaching`, 0 for the others. Returns whether for each
     /// light in `reaching` all light points agree.

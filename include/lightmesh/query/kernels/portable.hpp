@@ -133,20 +133,18 @@ inline void add_rows(const RowPoints* rows, std::size_t size, bool subtract, std
     }
 }
 
-inline void add_words(const WordPoints* cells, std::size_t size, bool subtract, std::uint16_t* counts) {
-    for (std::size_t first = 0; first < size; first += cells_per_flush) {
-        const std::size_t last = (std::min)(first + cells_per_flush, size);
+inline void add_words(const WordPoints* points, std::size_t size, bool subtract, std::uint16_t* counts) {
+    for (std::size_t first = 0, last = 0; first < size; first = last) {
+        last = end_of_byte_sums(points, first, size);
         std::uint64_t sums[8] = {};
-        for (std::size_t c = first; c < last; ++c) {
-            const auto points =
-                static_cast<std::uint64_t>(std::popcount(static_cast<std::uint32_t>(cells[c].points)));
+        for (std::size_t i = first; i < last; ++i) {
             for (std::size_t g = 0; g < 8; ++g) {
                 // A byte for each bit, 1 where it is set.
-                const std::uint64_t lit = cells[c].words[0] >> (8 * g) & 0xff;
+                const std::uint64_t lit = points[i].lit >> (8 * g) & 0xff;
                 const std::uint64_t one_bit_a_byte = lit * every_byte & 0x8040201008040201u;
-                sums[g] += ((one_bit_a_byte + 0x7f7f7f7f7f7f7f7fu) >> 7 & every_byte) * points;
+                sums[g] += ((one_bit_a_byte + 0x7f7f7f7f7f7f7f7fu) >> 7 & every_byte) * points[i].count;
             }
-            add_mixed(cells[c], subtract, counts);
+            add_mixed(points[i], subtract, counts);
         }
         flush(sums, subtract, counts);
     }

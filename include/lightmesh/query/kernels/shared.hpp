@@ -98,12 +98,23 @@ LIGHTMESH_PART_OF_KERNEL std::size_t find_masks_by_rows(const Hemisphere& hemisp
 
 /// The part of `Kernels::add_words` for the lights that some light points of a cell see.
 LIGHTMESH_PART_OF_KERNEL void add_mixed(const WordPoints& cell, bool subtract, std::uint16_t* counts) {
-    std::uint64_t bytes = cell.words[1] != 0 ? cell.words[2] : 0;
-    for (std::uint64_t rest = cell.words[1]; rest != 0; rest &= rest - 1, bytes >>= 8) {
+    if (cell.mixed == nullptr)
+        return;
+    std::uint64_t bytes = cell.mixed[1];
+    for (std::uint64_t rest = cell.mixed[0]; rest != 0; rest &= rest - 1, bytes >>= 8) {
         const auto lit = std::popcount(static_cast<std::uint32_t>(bytes & cell.points));
         std::uint16_t& count = counts[std::countr_zero(rest)];
         count = static_cast<std::uint16_t>(subtract ? count - lit : count + lit);
     }
+}
+
+/// Of `points`, from `first` on, as many as a byte can sum up; returns where they end.
+LIGHTMESH_PART_OF_KERNEL std::size_t end_of_byte_sums(const WordPoints* points, std::size_t first,
+                                                      std::size_t size) {
+    std::size_t last = first;
+    for (unsigned sum = 0; last < size && sum + points[last].count <= 255; ++last)
+        sum += points[last].count;
+    return last;
 }
 
 /// How many lights of the tile the float test of `find_facing` can tell for sure: the height over the tangent
