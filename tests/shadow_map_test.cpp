@@ -343,8 +343,10 @@ TEST_SUITE("shadow map") {
 
         lightmesh::ShadowMapSettings settings;
         CHECK_THROWS_WITH(make(point, settings),
-                          "lightmesh: light: shadow map's z_near is nan; it must be in (0, 2^80], "
-                          "or left out where the bounds of the scene are given");
+                          "lightmesh: light: shadow map's z_near is not set; it must be, unless the bounds "
+                          "of the scene are given");
+        settings.z_near = std::numeric_limits<float>::quiet_NaN();
+        CHECK_THROWS_AS(make(point, settings), std::invalid_argument);
         settings.z_near = 0.0f;
         CHECK_THROWS_AS(make(point, settings), std::invalid_argument);
         settings.z_near = 0.1f;
