@@ -51,7 +51,7 @@ address() {
 
 # The library only: what oneTBB does looks like races.
 thread() {
-    say "thread sanitizer: the library"
+    say "thread sanitizer: the library, where tests make threads"
     build_and_test thread clang++ "${sanitized[@]}" -DLIGHTMESH_SANITIZE=thread
 }
 
