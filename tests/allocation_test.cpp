@@ -46,6 +46,10 @@ void* or_throw(void* memory) {
 }  // namespace
 
 // All forms, so that none of a sanitizer's own comes in beside them.
+#if defined(__GNUC__) && !defined(__clang__)
+// Where it inlines some of these and not others, g++ takes their pairs for a mistake.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+#endif
 // clang-format off
 void* operator new(std::size_t size) { return or_throw(counted(size)); }
 void* operator new[](std::size_t size) { return or_throw(counted(size)); }

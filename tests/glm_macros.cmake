@@ -20,7 +20,7 @@ foreach(
     lightmesh_add_test_program(lightmesh-test-glm-${name} "${macro}:" glm_macros_test.cpp)
     target_compile_definitions(lightmesh-test-glm-${name} PRIVATE ${macro})
     # For the time it takes to compile them.
-    target_compile_options(lightmesh-test-glm-${name} PRIVATE -O1)
+    target_compile_options(lightmesh-test-glm-${name} PRIVATE -O0)
 endforeach()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     # False reports inside std::optional, of members that GLM_FORCE_CTOR_INIT itself sets.

@@ -10,3 +10,5 @@ foreach(header IN LISTS headers)
 endforeach()
 add_library(lightmesh_headers OBJECT ${header_sources})
 target_link_libraries(lightmesh_headers PRIVATE lightmesh::lightmesh lightmesh_strict_warnings)
+# They are compiled for what the compiler says of them.
+target_compile_options(lightmesh_headers PRIVATE -O0)

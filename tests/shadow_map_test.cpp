@@ -111,7 +111,7 @@ TEST_SUITE("shadow map") {
         const auto scene = boxes_at_random(1, 20);
         const lightmesh::Light light = lightmesh::PointLight{{0.3f, -9.0f, 0.7f}};
         CHECK(compare_with_rays(scene, light, 256, 2.0 / 256) < 0.25);
-        CHECK(compare_with_rays(scene, light, 1024, 2.0 / 1024) < 0.07);
+        CHECK(compare_with_rays(scene, light, 512, 2.0 / 512) < 0.13);
     }
 
     TEST_CASE("a light in the middle, in a corner, on a wall, outside of the scene") {
@@ -122,14 +122,14 @@ TEST_SUITE("shadow map") {
         for (const glm::vec3 place :
              {glm::vec3(0.0f), glm::vec3(-9.99f, 0.0f, -9.99f), glm::vec3(-9.999f, 3.0f, 2.0f),
               glm::vec3(-10.0f, -2.0f, 3.0f), glm::vec3(40.0f, 5.0f, 30.0f)})
-            compare_with_rays(scene, lightmesh::PointLight{place}, 512, 2.0 / 512);
+            compare_with_rays(scene, lightmesh::PointLight{place}, 256, 2.0 / 256);
     }
 
     TEST_CASE("a spot light, narrow and wide, inside its cone and outside") {
         const auto scene = boxes_at_random(3, 20);
         for (const float cone : {0.1f, 0.7f, 1.04f, 1.3f, 3.0f})
-            compare_with_rays(scene, lightmesh::SpotLight{{0.0f, 0.5f, 9.5f}, {0.1f, 0.2f, -1.0f}, cone}, 512,
-                              3.6 / 512);
+            compare_with_rays(scene, lightmesh::SpotLight{{0.0f, 0.5f, 9.5f}, {0.1f, 0.2f, -1.0f}, cone}, 256,
+                              3.6 / 256);
     }
 
     TEST_CASE("a directional light") {
@@ -188,9 +188,9 @@ TEST_SUITE("shadow map") {
         }
     }
 
-    TEST_CASE("resolution 1, 16 and 4096") {
+    TEST_CASE("resolution 1, 16 and 2048") {
         const auto scene = closed_room();
-        for (const int resolution : {1, 16, 4096}) {
+        for (const int resolution : {1, 16, 2048}) {
             std::size_t views = 0;
             const Map map({&scene, &views}, lightmesh::PointLight{}, settings_of(resolution));
             CHECK(map.visible({0.9f, 0.1f, -0.2f}));
@@ -343,8 +343,10 @@ TEST_SUITE("shadow map") {
 
         lightmesh::ShadowMapSettings settings;
         CHECK_THROWS_WITH(make(point, settings),
-                          "lightmesh: light: shadow map's z_near is nan; it must be in (0, 2^80], "
-                          "or left out where the bounds of the scene are given");
+                          "lightmesh: light: shadow map's z_near is not set; it must be, unless the bounds "
+                          "of the scene are given");
+        settings.z_near = std::numeric_limits<float>::quiet_NaN();
+        CHECK_THROWS_AS(make(point, settings), std::invalid_argument);
         settings.z_near = 0.0f;
         CHECK_THROWS_AS(make(point, settings), std::invalid_argument);
         settings.z_near = 0.1f;

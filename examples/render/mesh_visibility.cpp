@@ -45,19 +45,20 @@ std::unique_ptr<Visibility> visibility_of(Mesh mesh) {
 }  // namespace
 
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
-                                            LongTests long_tests) {
+                                            lightmesh::LongTest long_test) {
     const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
     const lightmesh::Settings& settings = options.settings;
-    switch (long_tests) {
-    case LongTests::maps:
+    switch (long_test) {
+    case lightmesh::LongTest::shadow_maps:
+    case lightmesh::LongTest::refined_shadow_maps:
         return with_depth_renderer(scene, options, [&](auto renderer) {
             return visibility_of(
                 lightmesh::LightMesh{scene.intersector(), std::move(renderer), lights, settings});
         });
-    case LongTests::volumes:
+    case lightmesh::LongTest::shadow_volumes:
         return visibility_of(
             lightmesh::LightMesh{scene.intersector(), SceneOccluders(scene.scene()), lights, settings});
-    case LongTests::rays:
+    case lightmesh::LongTest::rays:
         break;
     }
     lightmesh::LightMesh mesh{scene.intersector(), lights, settings};

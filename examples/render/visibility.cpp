@@ -8,6 +8,7 @@ namespace demo {
 
 namespace {
 
+using lightmesh::LongTest;
 using lightmesh::ShortTest;
 
 struct Entry {
@@ -16,21 +17,21 @@ struct Entry {
 };
 
 /// A light mesh; `short_test` if it is not for the options to choose.
-auto mesh_with(LongTests long_tests, std::optional<ShortTest> short_test) {
+auto mesh_with(LongTest long_test, std::optional<ShortTest> short_test) {
     return [=](const EmbreeScene& scene, VisibilityOptions options) {
         options.settings.short_test = short_test.value_or(options.settings.short_test);
-        return make_light_mesh(scene, options, long_tests);
+        return make_light_mesh(scene, options, long_test);
     };
 }
 
 void add_mesh_family(std::vector<Entry>& entries, const std::string& suffix, const std::string& by,
-                     LongTests long_tests) {
+                     LongTest long_test) {
     entries.push_back({{"lmm" + suffix, "light mesh, long tests by " + by + ", short tests by --short-test"},
-                       mesh_with(long_tests, std::nullopt)});
+                       mesh_with(long_test, std::nullopt)});
     entries.push_back({{"linked" + suffix, "light mesh, long tests by " + by + ", short tests over links"},
-                       mesh_with(long_tests, ShortTest::linked)});
+                       mesh_with(long_test, ShortTest::linked)});
     entries.push_back({{"express" + suffix, "light mesh, long tests by " + by + ", no short tests"},
-                       mesh_with(long_tests, ShortTest::none)});
+                       mesh_with(long_test, ShortTest::none)});
 }
 
 std::vector<Entry> make_entries() {
@@ -48,9 +49,9 @@ std::vector<Entry> make_entries() {
                        [](const EmbreeScene& scene, const VisibilityOptions&) {
                            return make_shadow_volumes(scene);
                        }});
-    add_mesh_family(entries, "", "rays", LongTests::rays);
-    add_mesh_family(entries, "+map", "shadow maps", LongTests::maps);
-    add_mesh_family(entries, "+volume", "shadow volumes", LongTests::volumes);
+    add_mesh_family(entries, "", "rays", LongTest::rays);
+    add_mesh_family(entries, "+map", "shadow maps", LongTest::shadow_maps);
+    add_mesh_family(entries, "+volume", "shadow volumes", LongTest::shadow_volumes);
     return entries;
 }
 

@@ -106,10 +106,9 @@ std::unique_ptr<Visibility> make_shadow_maps(const EmbreeScene& scene, const Vis
 /// Hard shadows by shadow volumes.
 std::unique_ptr<Visibility> make_shadow_volumes(const EmbreeScene& scene);
 
-enum class LongTests { rays, maps, volumes };
-/// A light mesh with the short test of options.settings.
+/// A light mesh with the short test of options.settings, which also say whether maps are refined.
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
-                                            LongTests long_tests);
+                                            lightmesh::LongTest long_test);
 
 /// Penumbrae of sphere lights by a visibility cache.
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options);

@@ -7,11 +7,13 @@
 
 #include <lightmesh/tune.hpp>
 
-#include <CLI/CLI.hpp>
-
 #include <cstddef>
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace demo {
 

@@ -21,12 +21,6 @@ constexpr std::size_t most_pictures = 7;
 /// Exact pictures of a higher quality take minutes.
 constexpr float picture_reference_quality = 8.0f;
 
-LongTests long_tests_of(const tune::Candidate& candidate) {
-    if (tune::uses_shadow_maps(candidate.long_test))
-        return LongTests::maps;
-    return candidate.long_test == tune::LongTest::shadow_volumes ? LongTests::volumes : LongTests::rays;
-}
-
 /// "r3-q4-linked-rays"
 std::string file_name_of(const tune::Candidate& candidate) {
     std::string name;
@@ -52,7 +46,7 @@ public:
     Image render(const tune::Candidate& candidate) const {
         VisibilityOptions visibility = visibility_;
         visibility.settings = tune::settings_of(candidate);
-        const auto shadows = make_light_mesh(scene_, visibility, long_tests_of(candidate));
+        const auto shadows = make_light_mesh(scene_, visibility, candidate.long_test);
         RenderStatistics statistics;
         ProgressBar bar("picture of " + tune::describe(candidate));
         Image image = demo::render(

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/fill/source.hpp>
@@ -147,9 +148,7 @@ public:
     /// All that the mesh knows, as one block of bytes that can be saved, sent, merged into another mesh, and
     /// read in place by a `SnapshotView`. Meshes that know the same have the same bytes. May be taken while
     /// other threads query. Throws std::bad_alloc.
-    std::vector<std::byte> snapshot() const {
-        return detail::SnapshotWriter(data()).write(Filler::LongTestsType::kind);
-    }
+    std::vector<std::byte> snapshot() const { return detail::SnapshotWriter(data()).write(long_test()); }
 
     /// Adds what a snapshot knows and this mesh lacks: of a mesh with the same radius, quality, origin and
     /// kind of long tests, of the same scene. Lights belong together by their numbers; those that differ
@@ -162,7 +161,7 @@ public:
     /// meanwhile.
     void merge(std::span<const std::byte> bytes, std::span<const Bounds> changed = {}) {
         const detail::SnapshotReader from(bytes);
-        detail::Merge(filler_->data(), from, Filler::LongTestsType::kind, changed).run();
+        detail::Merge(filler_->data(), from, long_test(), changed).run();
     }
 
     /// What the mesh holds by now. Walks over all of it.
@@ -172,6 +171,12 @@ private:
     using Filler = detail::MeshFiller<Tracer, typename detail::LongTestsOf<Source>::Type>;
 
     const detail::MeshData& data() const { return filler_->data(); }
+
+    LongTest long_test() const {
+        constexpr LongTest kind = Filler::LongTestsType::kind;
+        return kind == LongTest::shadow_maps && settings().refine_shadow_maps ? LongTest::refined_shadow_maps
+                                                                              : kind;
+    }
 
     /// Calls visit(first, positions, normals) for blocks of points, until it returns false; returns whether
     /// it never did.

@@ -23,6 +23,7 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/depth_renderer.hpp>
 #include <lightmesh/adapters/depth_view.hpp>
+#include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/cache_settings.hpp>

@@ -19,6 +19,14 @@ enum class ShortTest {
     exact,   ///< One ray of the `Intersector` per neighbour, where it can change the result.
 };
 
+/// How V(L, x) of equation (3) is found: does the light point x see the light?
+enum class LongTest {
+    rays,                 ///< a ray of the `Intersector`: LMM
+    shadow_maps,          ///< a look-up in a depth map of the `DepthRenderer`: LMM+ATK
+    shadow_volumes,       ///< shadow volumes of the `Occluders`: LMM+ATO
+    refined_shadow_maps,  ///< depth maps, with a ray where a map cannot tell
+};
+
 /// What a user chooses for a light mesh.
 struct Settings {
     /// r, the radius of the blur of a shadow's edge, in world units: in (0, 1e18].

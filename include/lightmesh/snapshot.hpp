@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/fill/long_test.hpp>
 #include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/lights.hpp>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/cache/query.hpp>
 #include <lightmesh/cache/store.hpp>
 #include <lightmesh/cache_settings.hpp>

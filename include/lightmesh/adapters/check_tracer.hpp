@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/adapters/self_test/known_test.hpp>
 #include <lightmesh/adapters/self_test/scene_test.hpp>
 #include <lightmesh/bounds.hpp>

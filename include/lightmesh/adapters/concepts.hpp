@@ -1,18 +1,44 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/adapters/depth_view.hpp>
+#include <lightmesh/bounds.hpp>
 #include <lightmesh/segment.hpp>
 
+#include <glm/vec3.hpp>
+
+#include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <type_traits>
 
-/// The contract between a light mesh and its user's program.
+/// The contract between the library and its user's program: all that the program supplies, and what it may
+/// count on.
 ///
-/// An adapter is copied into the mesh, which keeps the copy as long as it lives: make it a handle to your
-/// scene, not the scene. The scene must outlive the mesh and must not change under it.
+/// | the program's class | members | | asked |
+/// |---|---|---|---|
+/// | `Intersector` | occluded(segment) | always | by the threads that query, at once |
+/// | `BatchIntersector` | occluded(segments, hit) | may be added | so too |
+/// | `ClosestHitIntersector` | closest_hit(segment) | may be added, for a `VisibilityCache` | so too |
+/// | `DepthRenderer` | render_depth(view, distance) | in place of long rays: shadow maps | one thread at a
+/// time | | `BatchDepthRenderer` | render_depth(views, distances) | may be added | so too | |
+/// `BoundedDepthRenderer` | bounds() | may be added; maps of directional lights need bounds | once a light |
+/// | `Occluders` | triangle_count(), triangle(i) | in place of long rays: shadow volumes | once, on one
+/// thread |
+///
+/// Members that may be added are found by themselves. One that is there but does not fit is an error at
+/// compile time, with one sentence (see `diagnostics.hpp`); `check_tracer` tests at run time what no compiler
+/// can.
+///
+/// What holds for all of them:
+/// * Adapters are copied into the mesh or the cache, or moved if they are handed over so, and live as long as
+///   it does: make them handles to the scene, not the scene. `Occluders` are only read and may go.
+/// * The scene outlives the mesh and does not change under it.
+/// * All lengths are in world units, in the program's own coordinates.
+/// * The library makes no threads of its own. What it calls runs on the thread that queries or fills.
+/// * What an adapter throws leaves the query, and nothing half-made is kept: the next query asks again.
 
 namespace lightmesh {
 
@@ -21,32 +47,36 @@ namespace lightmesh {
 ///     bool occluded(const Segment& segment) const;
 ///
 /// Called while a query runs, on the thread that runs it: so from as many threads at once as the user queries
-/// from, with no lock held. True if anything lies strictly between the two ends: both are exclusive. The ends
-/// are off all surfaces already, so no epsilon is needed. `target - origin` is not normalised: with it as the
-/// direction, blockers count at 0 < t < 1. Links between light points are exactly axis-parallel: two
-/// components of the direction are 0, and a box test must not lose them to 0 * infinity. Surfaces block from
-/// both sides: a segment that leads out of a solid is blocked as well as one that leads into it, since light
-/// points may lie anywhere. A segment of length 0 is not blocked. The answer must depend on nothing but the
-/// segment. An exception leaves the query through `visibility`; nothing of the interrupted work is kept.
-/// `check_tracer` tests all of this at run time.
+/// from, with no lock held. The answer depends on nothing but the segment.
+///
+/// * True if anything lies strictly between the two ends: both are exclusive. They are off all surfaces
+///   already, so no epsilon is needed.
+/// * `target - origin` is not normalised: with it as the direction, blockers count at 0 < t < 1.
+/// * Links between light points are exactly axis-parallel: two components of the direction are 0, and a box
+///   test must not lose them to 0 * infinity.
+/// * Surfaces block from both sides: a segment that leads out of a solid is blocked as well as one that leads
+///   into it, since light points may lie anywhere.
+/// * A segment of length 0 is not blocked.
+/// * Segments to a `DirectionalLight` are 2^24 steps of the grid long: their target is far, but finite.
 ///
 /// How often: for long tests by rays, at most once for each light and light point that queries touch, and
 /// about three times for each light point to link it; what threads find at the same moment may be traced by
 /// each. Then for each query one short ray or some more, at most 8 (`ShortTest::linked`), none (`none`), or
 /// about one for each of some (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for
-/// each light that reaches a point with m = 0. Segments to a `DirectionalLight` are 2^24 steps of the grid
-/// long: their target is far, but finite.
+/// each light that reaches a point with m = 0.
 template <class T>
 concept Intersector = std::copy_constructible<T> && requires(const T& tracer, const Segment& segment) {
     { tracer.occluded(segment) } -> std::same_as<bool>;
 };
 
-/// Optional, and found by itself: many segments at once, for tracers that are faster with packets or streams.
+/// Optional: many segments at once, for tracers that are faster with packets or streams.
 ///
 ///     void occluded(std::span<const Segment> segments, std::span<std::uint8_t> hit) const;
+///     static constexpr std::size_t max_batch = 256;  // optional too
 ///
-/// Sets hit[i] to 1 if segments[i] is blocked, else to 0; both spans have the same size, 1 to 64. hit[i] must
-/// depend on nothing but segments[i], as for one segment.
+/// Sets hit[i] to 1 if segments[i] is blocked, else to 0; both spans have the same size: 1 to 64, or to
+/// `max_batch` where the adapter declares that it takes more. hit[i] depends on nothing but segments[i], as
+/// for one segment.
 ///
 /// A call's segments belong together, so that packets of rays pay. Long tests: all segments are of one light,
 /// from within one end's offset of each other (see `fill/ray_ends.hpp`), or nearly parallel to a sun or a far
@@ -61,7 +91,7 @@ concept BatchIntersector = Intersector<T> &&
     tracer.occluded(segments, hit);
 };
 
-/// Optional, and found by itself: the first surface on a segment, for a `VisibilityCache`.
+/// Optional: the first surface on a segment, for a `VisibilityCache`.
 ///
 ///     std::optional<Hit> closest_hit(const Segment& segment) const;
 ///
@@ -76,77 +106,62 @@ concept ClosestHitIntersector = Intersector<T> && requires(const T& tracer, cons
     { tracer.closest_hit(segment) } -> std::same_as<std::optional<Hit>>;
 };
 
-namespace detail {
-
+/// The user's rasteriser, for shadow maps: how far does a light see?
+///
+///     void render_depth(const DepthView& view, std::span<float> distance);
+///
+/// Sets distance[row * view.resolution + column], row 0 on top, for all view.resolution^2 texels: the
+/// distance from view.eye to the first surface that is seen through the middle of the texel, along the ray
+/// and not along the view's axis; for an orthographic view the distance from the plane through view.eye,
+/// along view.forward. +infinity where nothing is hit. `DepthView` says how a rasteriser or a ray tracer gets
+/// there.
+///
+/// Called when a light point first needs the picture, on the thread of that query, and by one thread at a
+/// time, under a lock: it need not be const. All else waits meanwhile, so it may use threads of its own; but
+/// it must not query a mesh that uses it, nor may its thread do so while it waits for others: a task that it
+/// takes over could be such a query, and would wait for itself (with oneTBB: `this_task_arena::isolate`).
+/// Each picture is asked for once. NaN or a negative distance becomes an exception (std::runtime_error) that
+/// names the texel.
 template <class T>
-concept OccludedCallable = requires(T& tracer, const Segment& segment) {
-    tracer.occluded(segment);
+concept DepthRenderer = std::move_constructible<T> &&
+    requires(T& renderer, const DepthView& view, std::span<float> distance) {
+    { renderer.render_depth(view, distance) } -> std::same_as<void>;
 };
 
+/// Optional: several pictures at once, all of the same resolution, for renderers that gain by it.
+///
+///     void render_depth(std::span<const DepthView> views, std::span<const std::span<float>> distances);
+///
+/// Both spans have the same size, at least 1; distances[i] belongs to views[i].
 template <class T>
-concept OccludedCallableOnLvalueSegment = requires(T& tracer, Segment& segment) {
-    tracer.occluded(segment);
+concept BatchDepthRenderer = DepthRenderer<T> &&
+    requires(T& renderer, std::span<const DepthView> views, std::span<const std::span<float>> distances) {
+    renderer.render_depth(views, distances);
 };
 
-template <class T, class Segments, class Hits>
-concept BatchCallable = requires(T& tracer, Segments segments, Hits hit) {
-    tracer.occluded(segments, hit);
+/// Optional: the box around everything that throws shadows.
+///
+///     Bounds bounds() const;
+///
+/// Maps of directional lights need it, unless the box is given by settings. Asked for once, when the map is
+/// made.
+template <class T>
+concept BoundedDepthRenderer = DepthRenderer<T> && requires(const T& renderer) {
+    { renderer.bounds() } -> std::convertible_to<Bounds>;
 };
 
-/// A two-argument `occluded` that is there but does not fit is a mistake, not a choice: it would be left out
-/// unseen.
+/// The user's triangles, for shadow volumes.
+///
+///     std::size_t triangle_count() const;
+///     std::array<glm::vec3, 3> triangle(std::size_t i) const;
+///
+/// `triangle` is called with i < triangle_count(), and returns the corners in any order. Each triangle is
+/// asked for once, on one thread, and copied: the source need not outlive the call that takes it. A triangle
+/// of no area throws no shadow; one that is not finite is an exception that names it.
 template <class T>
-concept MisspeltBatch =
-    !BatchCallable<const T, std::span<const Segment>, std::span<std::uint8_t>> &&
-    (BatchCallable<T, std::span<const Segment>, std::span<std::uint8_t>> ||
-     BatchCallable<T, std::span<Segment>, std::span<std::uint8_t>> ||
-     BatchCallable<T, std::span<const Segment>, std::span<bool>> ||
-     BatchCallable<T, std::span<const Segment>, std::span<int>> ||
-     BatchCallable<T, const Segment*, std::uint8_t*> || BatchCallable<T, const Segment*, bool*>);
-
-template <class T, class SegmentArgument>
-concept ClosestHitCallable = requires(T& tracer, SegmentArgument segment) {
-    tracer.closest_hit(segment);
+concept Occluders = requires(const T& source, std::size_t i) {
+    { source.triangle_count() } -> std::convertible_to<std::size_t>;
+    { source.triangle(i) } -> std::convertible_to<std::array<glm::vec3, 3>>;
 };
-
-/// A `closest_hit` that is there but does not fit, as above.
-template <class T>
-concept MisspeltClosestHit =
-    !ClosestHitIntersector<T> && (ClosestHitCallable<T, const Segment&> || ClosestHitCallable<T, Segment&>);
-
-}  // namespace detail
-
-/// Says in one sentence what is wrong with an adapter:
-/// `static_assert(lightmesh::check_intersector<MyTracer>());`. `LightMesh` calls it for its own adapter. Does
-/// not compile, or returns true.
-template <class T>
-consteval bool check_intersector() {
-    static_assert(
-        std::is_class_v<T>,
-        "lightmesh: the Intersector must be a class with a member `bool occluded(const Segment&) const`");
-    if constexpr (std::is_class_v<T>) {
-        static_assert(std::copy_constructible<T>,
-                      "lightmesh: the Intersector must be copyable: the mesh keeps a copy");
-        static_assert(detail::OccludedCallable<T> || !detail::OccludedCallableOnLvalueSegment<T>,
-                      "lightmesh: the Intersector's occluded must take its segment as `const Segment&`");
-        static_assert(detail::OccludedCallable<T> || detail::OccludedCallableOnLvalueSegment<T>,
-                      "lightmesh: the Intersector lacks the member `bool occluded(const Segment&) const`");
-        if constexpr (detail::OccludedCallable<T>) {
-            static_assert(
-                detail::OccludedCallable<const T>,
-                "lightmesh: the Intersector's occluded must be const: many threads call it at once");
-            static_assert(
-                std::same_as<decltype(std::declval<T&>().occluded(std::declval<const Segment&>())), bool>,
-                "lightmesh: the Intersector's occluded must return bool: true if the segment is blocked");
-        }
-        static_assert(!detail::MisspeltBatch<T>,
-                      "lightmesh: the Intersector's occluded for many segments must be `void "
-                      "occluded(std::span<const Segment>, std::span<std::uint8_t>) const`");
-        static_assert(!detail::OccludedCallable<const T> || !detail::MisspeltClosestHit<T>,
-                      "lightmesh: the Intersector's closest_hit must be `std::optional<Hit> "
-                      "closest_hit(const Segment&) const`");
-    }
-    return true;
-}
 
 }  // namespace lightmesh

@@ -61,10 +61,10 @@ struct DepthView {
     /// The ray through the middle of a texel. It starts at the eye, or on the plane of the eye; what lies
     /// nearer than z_near does not count.
     DepthRay ray(int column, int row) const {
-        const glm::vec3 way = offset(column, row);
+        const glm::vec3 texel = offset(column, row);
         if (orthographic)
-            return {eye + (way - forward), forward};
-        return {eye, glm::normalize(way)};
+            return {eye + (texel - forward), forward};
+        return {eye, glm::normalize(texel)};
     }
 
     /// clip_from_world for positions relative to the eye: clip = clip_from_eye() * vec4(world - eye, 1). The

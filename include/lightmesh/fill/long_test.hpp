@@ -55,7 +55,7 @@ std::uint64_t trace_long_test(const Tracer& tracer, const LightTable& lights, st
 /// Long tests by rays of the user's tracer.
 class RayLongTests {
 public:
-    static constexpr LongTestKind kind = LongTestKind::rays;
+    static constexpr LongTest kind = LongTest::rays;
 
     template <Intersector Tracer>
     std::uint64_t operator()(const Tracer& tracer, const LightTable& lights, std::size_t light,

@@ -27,7 +27,7 @@ namespace lightmesh::detail {
 template <DepthRenderer Renderer>
 class MapLongTests {
 public:
-    static constexpr LongTestKind kind = LongTestKind::shadow_maps;
+    static constexpr LongTest kind = LongTest::shadow_maps;
 
     MapLongTests(Renderer renderer, std::span<const Light> lights, const Settings& settings)
         : refine_(settings.refine_shadow_maps) {

@@ -52,7 +52,7 @@ namespace detail {
 
 /// In place of the long tests of an adapter that does not fit, so that the compiler has one complaint only.
 struct NoLongTests {
-    static constexpr LongTestKind kind = LongTestKind::rays;
+    static constexpr LongTest kind = LongTest::rays;
 
     template <class... Arguments>
     explicit NoLongTests(Arguments&&...) {}

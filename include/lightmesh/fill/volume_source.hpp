@@ -25,7 +25,7 @@ namespace lightmesh::detail {
 /// `RayLongTests` do.
 class VolumeLongTests {
 public:
-    static constexpr LongTestKind kind = LongTestKind::shadow_volumes;
+    static constexpr LongTest kind = LongTest::shadow_volumes;
 
     template <Occluders Source>
     VolumeLongTests(const Source& source, std::span<const Light> lights, const Settings& settings)

@@ -59,8 +59,7 @@ inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& b
 /// to do with, is left out.
 class Merge {
 public:
-    Merge(MeshData& data, const SnapshotReader& from, LongTestKind long_tests,
-          std::span<const Bounds> changed)
+    Merge(MeshData& data, const SnapshotReader& from, LongTest long_tests, std::span<const Bounds> changed)
         : data_(data), from_(from), changed_(changed) {
         check_same_grid(long_tests);
         find_same_lights();
@@ -80,7 +79,7 @@ public:
     }
 
 private:
-    void check_same_grid(LongTestKind long_tests) const {
+    void check_same_grid(LongTest long_tests) const {
         const Grid& mine = data_.grid();
         const Grid& theirs = from_.grid();
         const auto refuse = [](const std::string& what) {

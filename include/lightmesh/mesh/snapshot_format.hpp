@@ -3,6 +3,7 @@
 
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/settings.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -55,14 +56,11 @@ struct SnapshotHeader {
     float quality;
     std::array<double, 3> origin;  ///< `Grid::origin`
     std::uint32_t short_test;
-    std::uint32_t long_tests;  ///< `LongTestKind`
+    std::uint32_t long_tests;  ///< `LongTest`: bits are merged only with those of the same kind
     std::uint32_t adaptive;    ///< 1 if long tests were found by samples, else 0
     std::uint32_t unused;
     std::array<SnapshotSection, section_count> sections;
 };
-
-/// What found the bits: they are merged only with those of the same kind.
-enum class LongTestKind : std::uint32_t { rays, shadow_maps, shadow_volumes };
 
 /// A light in a snapshot.
 struct LightRecord {

@@ -47,7 +47,7 @@ public:
     const Grid& grid() const { return *grid_; }
     const LightTable& lights() const { return *lights_; }
     std::span<const Light> user_lights() const { return user_lights_; }
-    LongTestKind long_tests() const { return static_cast<LongTestKind>(header_.long_tests); }
+    LongTest long_tests() const { return static_cast<LongTest>(header_.long_tests); }
     const MeshView& view() const { return view_; }
     std::span<const Brick> bricks() const { return section<Brick>(bricks_section); }
 
@@ -83,7 +83,7 @@ private:
         require_right(header_.short_test <= static_cast<std::uint32_t>(ShortTest::exact),
                       "there is no such short test");
         settings_.short_test = static_cast<ShortTest>(header_.short_test);
-        require_right(header_.long_tests <= static_cast<std::uint32_t>(LongTestKind::shadow_volumes),
+        require_right(header_.long_tests <= static_cast<std::uint32_t>(LongTest::refined_shadow_maps),
                       "there is no such long test");
         require_right(header_.adaptive <= 1 && header_.unused == 0, "it is of no known kind");
         settings_.adaptive_long_tests = header_.adaptive != 0;
@@ -164,7 +164,16 @@ private:
         require_right(bricks == header_.sections[bricks_section].count, "it has bricks that no region names");
     }
 
+    /// How many of a snapshot's parts have been named so far: each by one other part only, so that no few
+    /// bytes stand for much.
+    struct Named {
+        std::uint64_t tiles = 0;
+        std::uint64_t rows = 0;
+        std::uint64_t words = 0;
+    };
+
     void check_bricks() const {
+        Named named;
         const std::uint64_t tile_index_count = header_.sections[tile_indices_section].count;
         const std::size_t tile_count = lights_->tile_count();
         constexpr std::int32_t farthest = Grid::max_index / brick_side + 16;
@@ -176,15 +185,17 @@ private:
                 require_right(brick.tiles <= tile_index_count && tile_count <= tile_index_count - brick.tiles,
                               "a brick's tiles reach beyond its end");
             for (std::size_t t = 0; t < tile_count; ++t)
-                check_tile(view_.tile_index(brick, t));
-            check_floods(brick);
+                check_tile(view_.tile_index(brick, t), named);
+            check_floods(brick, named);
         }
     }
 
-    void check_tile(std::uint32_t index) const {
-        require_right(index <= header_.sections[tiles_section].count, "a tile is named that is not there");
+    void check_tile(std::uint32_t index, Named& named) const {
         if (index == 0)
             return;
+        const std::uint64_t count = header_.sections[tiles_section].count;
+        require_right(index <= count && ++named.tiles <= count,
+                      "a tile is named that is not there, or twice");
         const BrickTile& tile = view_.tiles[index - 1];
         require_right(tile.sampled <= 0xff && (tile.uniform & ~lights_of_groups(tile.sampled)) == 0 &&
                           (tile.lit & ~tile.uniform) == 0 && (header_.adaptive != 0 || tile.sampled == 0),
@@ -195,25 +206,28 @@ private:
                 continue;
             require_right(at.value != 1, "a cell is named that is not there");
             if (at.is_words()) {
-                check_words(at.index());
+                check_words(at.index(), named);
             } else {
-                require_right(at.index() < header_.sections[rows_section].count,
-                              "a cell's row is named that is not there");
+                const std::uint64_t rows = header_.sections[rows_section].count;
+                require_right(at.index() < rows && ++named.rows <= rows,
+                              "a cell's row is named that is not there, or twice");
             }
         }
     }
 
-    void check_words(std::uint64_t index) const {
+    void check_words(std::uint64_t index, Named& named) const {
         const std::uint64_t count = header_.sections[words_section].count;
         require_right(index + 2 <= count, "a cell's words reach beyond its end");
         const std::uint64_t* record = &view_.words[static_cast<std::uint32_t>(index)];
         require_right((record[0] & record[1]) == 0 && std::popcount(record[1]) <= most_mixed_in_words &&
                           (record[1] == 0 || index + 3 <= count),
                       "a cell's words make no sense");
+        named.words += record[1] == 0 ? 2u : 3u;
+        require_right(named.words <= count, "a cell's words are named twice");
     }
 
     /// Each flood names one before it, so that no chain has a loop.
-    void check_floods(const Brick& brick) const {
+    void check_floods(const Brick& brick, Named& named) const {
         const std::uint64_t count = header_.sections[words_section].count;
         const std::size_t slots = FloodBox::slots(grid_->quality());
         const std::size_t fixed = 1 + 2 * FloodView::bit_words(slots);
@@ -224,6 +238,8 @@ private:
             require_right(view.seed_bit() >= 0 && view.seed_bit() < 64 &&
                               flood - 1 + view.size(slots) <= count && view.has_slots(slots),
                           "a flood makes no sense");
+            named.words += view.size(slots);
+            require_right(named.words <= count, "a flood is named twice");
             limit = flood;
             flood = view.next();
         }

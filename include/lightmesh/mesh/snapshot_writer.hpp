@@ -28,7 +28,7 @@ public:
     explicit SnapshotWriter(const MeshData& data) : data_(data), mesh_(data.view()) {}
 
     /// Throws std::bad_alloc.
-    std::vector<std::byte> write(LongTestKind long_tests) {
+    std::vector<std::byte> write(LongTest long_tests) {
         copy_regions();
         SnapshotHeader header{};
         header.magic = SnapshotHeader::right_magic;

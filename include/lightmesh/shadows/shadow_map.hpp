@@ -5,13 +5,13 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/shadows/shadow_map_views.hpp>
 #include <lightmesh/support/check.hpp>
+#include <lightmesh/support/made_once.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -102,7 +102,7 @@ public:
               const std::string& name = "light")
         : renderer_(std::move(renderer)), name_(name), views_(light, with_bounds(settings, *renderer_), name),
           resolution_(settings.resolution), bias_(settings.bias),
-          pictures_(std::make_unique<Picture[]>(views_.size())) {}
+          pictures_(std::make_unique<Texels[]>(views_.size())) {}
 
     /// V(L, x) from the texels around the point: true for lit.
     bool visible(const glm::vec3& point) const {
@@ -112,14 +112,14 @@ public:
         float lit_weight = 0.0f;
         int lit_count = 0;
         for (std::size_t i = 0; i < 4; ++i) {
-            if (!lit(around.place, around.stored[i], bias_))
+            if (!lit(around.coord, around.stored[i], bias_))
                 continue;
             lit_weight += around.weight[i];
             ++lit_count;
         }
         if (lit_count == 0 || lit_count == 4)
             return lit_count == 4;
-        return is_one_surface(around, 16.0f) ? lit(around.place, surface(around), bias_) : lit_weight >= 0.5f;
+        return is_one_surface(around, 16.0f) ? lit(around.coord, surface(around), bias_) : lit_weight >= 0.5f;
     }
 
     /// V(L, x) if the map can tell: if all four texels say the same, by more than the side of a texel, or if
@@ -132,8 +132,8 @@ public:
         int dark = 0;
         int bright = 0;
         for (const float stored : around.stored) {
-            dark += lit(around.place, stored, 1.0f) ? 0 : 1;
-            bright += clearly_lit(around.place, stored, 1.0f) ? 1 : 0;
+            dark += lit(around.coord, stored, 1.0f) ? 0 : 1;
+            bright += clearly_lit(around.coord, stored, 1.0f) ? 1 : 0;
         }
         if (bright == 4)
             return ShadowMapLookup::lit;
@@ -142,9 +142,9 @@ public:
         if (!is_one_surface(around, 4.0f))
             return ShadowMapLookup::edge;
         const float plane = surface(around);
-        if (clearly_lit(around.place, plane, 0.1f))
+        if (clearly_lit(around.coord, plane, 0.1f))
             return ShadowMapLookup::lit;
-        return lit(around.place, plane, 0.1f) ? ShadowMapLookup::edge : ShadowMapLookup::dark;
+        return lit(around.coord, plane, 0.1f) ? ShadowMapLookup::edge : ShadowMapLookup::dark;
     }
 
     /// The share of the light that reaches a point, 0..1, by percentage-closer filtering (Reeves, Salesin,
@@ -175,21 +175,19 @@ public:
     std::size_t rendered() const {
         std::size_t count = 0;
         for (std::size_t i = 0; i < views_.size(); ++i)
-            count += pictures_[i].texels.load() != nullptr ? 1u : 0u;
+            count += pictures_[i].get() != nullptr ? 1u : 0u;
         return count;
     }
 
     /// Memory held by now, without the renderer's own.
     std::size_t bytes() const {
-        return sizeof *this + views_.size() * (sizeof(Picture) + sizeof(DepthView)) +
+        return sizeof *this + views_.size() * (sizeof(Texels) + sizeof(DepthView)) +
                rendered() * texel_count() * sizeof(float);
     }
 
 private:
-    struct Picture {
-        std::unique_ptr<float[]> memory;
-        std::atomic<const float*> texels{nullptr};  // set once, when the picture is whole
-    };
+    /// Of one picture, row by row; made under the renderer's lock.
+    using Texels = detail::MadeOnce<float[]>;
 
     static ShadowMapSettings with_bounds(ShadowMapSettings settings, const Shared& renderer) {
         if (!settings.scene_bounds)
@@ -205,7 +203,7 @@ private:
 
     /// The texels whose middles surround a point: left and right of the upper row, then of the lower one.
     struct Around {
-        detail::TexelPlace place;
+        detail::TexelCoord coord;
         int column = 0;
         int row = 0;
         std::array<float, 4> stored{};
@@ -214,40 +212,40 @@ private:
 
     Around texels_around(const glm::vec3& point) const {
         Around around;
-        around.place = views_.locate(point);
-        const float left = std::floor(around.place.column - 0.5f);
-        const float top = std::floor(around.place.row - 0.5f);
-        const float x = around.place.column - 0.5f - left;
-        const float y = around.place.row - 0.5f - top;
+        around.coord = views_.locate(point);
+        const float left = std::floor(around.coord.column - 0.5f);
+        const float top = std::floor(around.coord.row - 0.5f);
+        const float x = around.coord.column - 0.5f - left;
+        const float y = around.coord.row - 0.5f - top;
         around.column = static_cast<int>(left);
         around.row = static_cast<int>(top);
         for (int i = 0; i < 4; ++i)
             around.stored[static_cast<std::size_t>(i)] =
-                texel(around.place, around.column + i % 2, around.row + i / 2);
+                texel(around.coord, around.column + i % 2, around.row + i / 2);
         around.weight = {(1.0f - x) * (1.0f - y), x * (1.0f - y), (1.0f - x) * y, x * y};
         return around;
     }
 
-    static bool lit(const detail::TexelPlace& place, float stored, float bias) {
-        return place.distance <= stored * (1.0f + bias * place.relative_texel) + bias * place.absolute_texel;
+    static bool lit(const detail::TexelCoord& coord, float stored, float bias) {
+        return coord.distance <= stored * (1.0f + bias * coord.relative_texel) + bias * coord.absolute_texel;
     }
 
     /// As `lit`, with the bias to the other side.
-    static bool clearly_lit(const detail::TexelPlace& place, float stored, float bias) {
-        return place.distance * (1.0f + bias * place.relative_texel) + bias * place.absolute_texel <= stored;
+    static bool clearly_lit(const detail::TexelCoord& coord, float stored, float bias) {
+        return coord.distance * (1.0f + bias * coord.relative_texel) + bias * coord.absolute_texel <= stored;
     }
 
     /// Whether the texels' distances differ by no more than some sides of a texel.
     static bool is_one_surface(const Around& around, float sides) {
         const auto [nearest, farthest] = std::ranges::minmax(around.stored);
         return farthest <=
-               nearest * (1.0f + sides * around.place.relative_texel) + sides * around.place.absolute_texel;
+               nearest * (1.0f + sides * around.coord.relative_texel) + sides * around.coord.absolute_texel;
     }
 
     /// Distance of the plane through the texels in the direction of the point: along the axis of a
     /// perspective view 1/z, of a parallel view z, is linear on a plane.
     float surface(const Around& around) const {
-        const DepthView& view = views_[static_cast<std::size_t>(around.place.view)];
+        const DepthView& view = views_[static_cast<std::size_t>(around.coord.view)];
         float sum = 0.0f;
         for (int i = 0; i < 4; ++i) {
             const auto k = static_cast<std::size_t>(i);
@@ -258,40 +256,40 @@ private:
                 sum += around.weight[k] * stretch / around.stored[k];
             }
         }
-        return view.orthographic ? sum : around.place.stretch / sum;
+        return view.orthographic ? sum : around.coord.stretch / sum;
     }
 
     /// What a texel holds that may lie outside of the picture.
-    float texel(const detail::TexelPlace& place, int column, int row) const {
-        if (place.view < 0)
+    float texel(const detail::TexelCoord& coord, int column, int row) const {
+        if (coord.view < 0)
             return std::numeric_limits<float>::infinity();
         const bool inside = column >= 0 && column < resolution_ && row >= 0 && row < resolution_;
         if (!inside) [[unlikely]] {
-            const detail::TexelPlace other = views_.locate_outside(place.view, column, row);
+            const detail::TexelCoord other = views_.locate_outside(coord.view, column, row);
             return texel(other, whole(other.column), whole(other.row));
         }
         const auto side = static_cast<std::size_t>(resolution_);
         return picture(static_cast<std::size_t>(
-            place.view))[static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column)];
+            coord.view))[static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column)];
     }
 
-    float filtered(const detail::TexelPlace& place, float filter) const {
+    float filtered(const detail::TexelCoord& coord, float filter) const {
         const auto inside = [filter](float middle, int texel) {
             const auto low = static_cast<float>(texel);
             return (std::min)(middle + filter, low + 1.0f) - (std::max)(middle - filter, low);
         };
-        const int last_column = static_cast<int>(std::floor(place.column + filter));
-        const int last_row = static_cast<int>(std::floor(place.row + filter));
+        const int last_column = static_cast<int>(std::floor(coord.column + filter));
+        const int last_row = static_cast<int>(std::floor(coord.row + filter));
         const float bias = bias_ * (1.0f + 2.0f * filter);
         double sum = 0.0;
         double weights = 0.0;
-        for (int row = static_cast<int>(std::floor(place.row - filter)); row <= last_row; ++row) {
-            for (int column = static_cast<int>(std::floor(place.column - filter)); column <= last_column;
+        for (int row = static_cast<int>(std::floor(coord.row - filter)); row <= last_row; ++row) {
+            for (int column = static_cast<int>(std::floor(coord.column - filter)); column <= last_column;
                  ++column) {
                 const auto weight =
-                    static_cast<double>(inside(place.row, row) * inside(place.column, column));
+                    static_cast<double>(inside(coord.row, row) * inside(coord.column, column));
                 weights += weight;
-                if (lit(place, texel(place, column, row), bias))
+                if (lit(coord, texel(coord, column, row), bias))
                     sum += weight;
             }
         }
@@ -299,10 +297,10 @@ private:
     }
 
     const float* picture(std::size_t view) const {
-        const float* texels = pictures_[view].texels.load(std::memory_order_acquire);
+        const float* texels = pictures_[view].get();
         if (texels == nullptr) [[unlikely]] {
             render([view](std::size_t other) { return other == view; });
-            texels = pictures_[view].texels.load(std::memory_order_acquire);
+            texels = pictures_[view].get();
         }
         return texels;
     }
@@ -313,50 +311,49 @@ private:
         renderer_->with([&](Renderer& renderer) {
             std::vector<std::size_t> missing;
             for (std::size_t i = 0; i < views_.size(); ++i)
-                if (wanted(i) && pictures_[i].texels.load(std::memory_order_relaxed) == nullptr)
+                if (wanted(i) && pictures_[i].get() == nullptr)
                     missing.push_back(i);
             if constexpr (BatchDepthRenderer<Renderer>) {
                 if (missing.size() > 1)
                     return render_batch(renderer, missing);
             }
             for (const std::size_t view : missing) {
-                auto memory = std::make_unique<float[]>(texel_count());
-                renderer.render_depth(views_[view], std::span<float>(memory.get(), texel_count()));
-                publish(view, std::move(memory));
+                auto distances = std::make_unique<float[]>(texel_count());
+                renderer.render_depth(views_[view], std::span<float>(distances.get(), texel_count()));
+                publish(view, std::move(distances));
             }
         });
     }
 
     void render_batch(Renderer& renderer, const std::vector<std::size_t>& missing) const {
         std::vector<DepthView> views;
-        std::vector<std::unique_ptr<float[]>> memory;
+        std::vector<std::unique_ptr<float[]>> pictures;
         std::vector<std::span<float>> distances;
         for (const std::size_t view : missing) {
             views.push_back(views_[view]);
-            memory.push_back(std::make_unique<float[]>(texel_count()));
-            distances.emplace_back(memory.back().get(), texel_count());
+            pictures.push_back(std::make_unique<float[]>(texel_count()));
+            distances.emplace_back(pictures.back().get(), texel_count());
         }
         renderer.render_depth(std::span<const DepthView>(views),
                               std::span<const std::span<float>>(distances));
         for (std::size_t i = 0; i < missing.size(); ++i)
-            publish(missing[i], std::move(memory[i]));
+            publish(missing[i], std::move(pictures[i]));
     }
 
-    void publish(std::size_t view, std::unique_ptr<float[]> memory) const {
-        check(view, std::span<const float>(memory.get(), texel_count()));
-        pictures_[view].memory = std::move(memory);
-        pictures_[view].texels.store(pictures_[view].memory.get(), std::memory_order_release);
+    void publish(std::size_t view, std::unique_ptr<float[]> distances) const {
+        check(view, std::span<const float>(distances.get(), texel_count()));
+        pictures_[view].publish(std::move(distances));
     }
 
     void check(std::size_t view, std::span<const float> distances) const {
         const auto wrong = std::ranges::find_if(distances, [](float d) { return !(d >= 0.0f); });
         if (wrong == distances.end())
             return;
-        const auto place = static_cast<std::size_t>(wrong - distances.begin());
+        const auto texel = static_cast<std::size_t>(wrong - distances.begin());
         const auto side = static_cast<std::size_t>(resolution_);
         throw std::runtime_error("lightmesh: the DepthRenderer gave the distance " + detail::to_text(*wrong) +
-                                 " at row " + std::to_string(place / side) + ", column " +
-                                 std::to_string(place % side) + " of view " + std::to_string(view) + " of " +
+                                 " at row " + std::to_string(texel / side) + ", column " +
+                                 std::to_string(texel % side) + " of view " + std::to_string(view) + " of " +
                                  name_ + "; it must be 0 or greater, or +infinity where nothing is hit");
     }
 
@@ -365,7 +362,7 @@ private:
     detail::ShadowMapViews views_;
     int resolution_;
     float bias_;
-    std::unique_ptr<Picture[]> pictures_;
+    std::unique_ptr<Texels[]> pictures_;
 };
 
 }  // namespace lightmesh

@@ -4,6 +4,7 @@
 #include <lightmesh/adapters/depth_view.hpp>
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/shadows/cube_faces.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/support/check_light.hpp>
 #include <lightmesh/support/vectors.hpp>
@@ -11,8 +12,9 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstddef>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -28,14 +30,14 @@ struct ShadowMapSettings {
     /// Side of each picture in texels, in [1, 16384]. A picture takes 4 * resolution^2 bytes.
     int resolution = 1024;
     /// For lights with a position: what is nearer to the light than this, along the axis of a picture, throws
-    /// no shadow. World units, finite, greater than 0. NaN, the default, stands for 2^-20 of the diagonal of
-    /// the scene's bounds.
-    float z_near = std::numeric_limits<float>::quiet_NaN();
+    /// no shadow. World units, finite, greater than 0. Not set: 2^-20 of the diagonal of the scene's
+    /// bounds.
+    std::optional<float> z_near{};
     /// What lies less than this behind a surface counts as lit, in sides of a texel, in [0, 16]: see
     /// `ShadowMap`.
     float bias = 0.5f;
     /// The box around everything that throws shadows: for directional lights, which see all of it, and for
-    /// the default of z_near. A `DepthRenderer` with a member `bounds` answers in its place.
+    /// the default of z_near. A `DepthRenderer` with a member `bounds` answers in its coord.
     std::optional<Bounds> scene_bounds{};
 };
 
@@ -57,7 +59,7 @@ inline DepthView view_along(const glm::vec3& eye, const glm::vec3& forward, int 
 }
 
 /// A point as a picture sees it.
-struct TexelPlace {
+struct TexelCoord {
     int view = -1;        ///< -1: no picture shows the point, nothing is before it
     float column = 0.0f;  ///< 0 at the left edge, `resolution` at the right one
     float row = 0.0f;
@@ -94,24 +96,24 @@ public:
     const std::vector<DepthView>& all() const { return views_; }
 
     /// For finite points.
-    TexelPlace locate(const glm::vec3& point) const {
+    TexelCoord locate(const glm::vec3& point) const {
         if (views_.front().orthographic)
             return locate_parallel(point);
-        const glm::vec3 way = point - views_.front().eye;
-        TexelPlace place = locate_way(way);
-        place.distance = glm::length(way);
-        const DepthView& view = views_[static_cast<std::size_t>(place.view)];
-        const float cosine = place.distance > 0.0f ? glm::dot(view.forward, way) / place.distance : 1.0f;
-        place.stretch = 1.0f / cosine;
-        place.relative_texel = texel_side(view) * cosine;
-        return place;
+        const glm::vec3 to_point = point - views_.front().eye;
+        TexelCoord coord = locate_direction(to_point);
+        coord.distance = glm::length(to_point);
+        const DepthView& view = views_[static_cast<std::size_t>(coord.view)];
+        const float cosine = coord.distance > 0.0f ? glm::dot(view.forward, to_point) / coord.distance : 1.0f;
+        coord.stretch = 1.0f / cosine;
+        coord.relative_texel = texel_side(view) * cosine;
+        return coord;
     }
 
     /// The texel of another picture that lies in the direction of a texel outside of this one; view -1 where
     /// nothing is.
-    TexelPlace locate_outside(int view, int column, int row) const {
+    TexelCoord locate_outside(int view, int column, int row) const {
         const DepthView& from = views_[static_cast<std::size_t>(view)];
-        return from.orthographic ? TexelPlace{} : locate_way(from.offset(column, row));
+        return from.orthographic ? TexelCoord{} : locate_direction(from.offset(column, row));
     }
 
 private:
@@ -176,23 +178,22 @@ private:
     }
 
     static float near_plane(const ShadowMapSettings& settings, const std::string& name) {
-        const bool unset = std::isnan(settings.z_near);
+        if (!settings.z_near && !settings.scene_bounds)
+            throw std::invalid_argument("lightmesh: " + name +
+                                        ": shadow map's z_near is not set; it must be, unless the bounds of "
+                                        "the scene are given");
         const float z_near =
-            unset && settings.scene_bounds
-                ? 0x1p-20f * glm::length(settings.scene_bounds->high - settings.scene_bounds->low)
-                : settings.z_near;
-        require(z_near > 0.0f && z_near <= 0x1p80f, name + ": shadow map's z_near", z_near,
-                "in (0, 2^80], or left out where the bounds of the scene are given");
+            settings.z_near
+                ? *settings.z_near
+                : 0x1p-20f * glm::length(settings.scene_bounds->high - settings.scene_bounds->low);
+        require(z_near > 0.0f && z_near <= 0x1p80f, name + ": shadow map's z_near", z_near, "in (0, 2^80]");
         return z_near;
     }
 
     void add_cube(const glm::vec3& position, int resolution, float z_near) {
         cube_ = static_cast<int>(views_.size());
-        for (int face = 0; face < 6; ++face) {
-            glm::vec3 forward(0.0f);
-            forward[face / 2] = face % 2 == 0 ? 1.0f : -1.0f;
-            add_perspective(view_along(position, forward, resolution), z_near);
-        }
+        for (std::size_t face = 0; face < cube_face_count; ++face)
+            add_perspective(view_along(position, cube_face_axis(face), resolution), z_near);
     }
 
     void add_perspective(DepthView view, float z_near) {
@@ -207,43 +208,43 @@ private:
         return 2.0f * half / static_cast<float>(view.resolution);
     }
 
-    /// View, column and row for a way from the light, which may have any length.
-    TexelPlace locate_way(const glm::vec3& way) const {
+    /// View, column and row for a direction from the light, of any length.
+    TexelCoord locate_direction(const glm::vec3& direction) const {
         if (has_cone_view_) {
             const DepthView& view = views_.front();
-            const float z = glm::dot(view.forward, way);
-            const float x = glm::dot(view.right, way) / glm::dot(view.right, view.right);
-            const float y = glm::dot(view.down, way) / glm::dot(view.down, view.down);
+            const float z = glm::dot(view.forward, direction);
+            const float x = glm::dot(view.right, direction) / glm::dot(view.right, view.right);
+            const float y = glm::dot(view.down, direction) / glm::dot(view.down, view.down);
             if ((std::max)(std::abs(x), std::abs(y)) <= cone_edge_ * z)
                 return at(0, x, y, z);
         }
-        const glm::vec3 size = glm::abs(way);
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-        const int face = cube_ + 2 * axis + (way[axis] < 0.0f ? 1 : 0);
-        const DepthView& view = views_[static_cast<std::size_t>(face)];
-        return at(face, glm::dot(view.right, way), glm::dot(view.down, way), size[axis]);
+        const std::size_t face = cube_face_of(direction);
+        const int shown_in = cube_ + static_cast<int>(face);
+        const DepthView& view = views_[static_cast<std::size_t>(shown_in)];
+        return at(shown_in, glm::dot(view.right, direction), glm::dot(view.down, direction),
+                  std::abs(direction[static_cast<int>(face / 2)]));
     }
 
-    TexelPlace at(int view, float x, float y, float z) const {
+    TexelCoord at(int view, float x, float y, float z) const {
         const auto half = 0.5f * static_cast<float>(views_.front().resolution);
-        TexelPlace place;
-        place.view = view;
-        place.column = z > 0.0f ? half + half * (x / z) : half;
-        place.row = z > 0.0f ? half + half * (y / z) : half;
-        return place;
+        TexelCoord coord;
+        coord.view = view;
+        coord.column = z > 0.0f ? half + half * (x / z) : half;
+        coord.row = z > 0.0f ? half + half * (y / z) : half;
+        return coord;
     }
 
-    TexelPlace locate_parallel(const glm::vec3& point) const {
+    TexelCoord locate_parallel(const glm::vec3& point) const {
         const DepthView& view = views_.front();
-        const glm::vec3 way = point - view.eye;
-        const float x = glm::dot(view.right, way) / glm::dot(view.right, view.right);
-        const float y = glm::dot(view.down, way) / glm::dot(view.down, view.down);
+        const glm::vec3 to_point = point - view.eye;
+        const float x = glm::dot(view.right, to_point) / glm::dot(view.right, view.right);
+        const float y = glm::dot(view.down, to_point) / glm::dot(view.down, view.down);
         if (!(std::abs(x) <= 1.0f && std::abs(y) <= 1.0f))
             return {};
-        TexelPlace place = at(0, x, y, 1.0f);
-        place.distance = glm::dot(view.forward, way);
-        place.absolute_texel = texel_side(view);
-        return place;
+        TexelCoord coord = at(0, x, y, 1.0f);
+        coord.distance = glm::dot(view.forward, to_point);
+        coord.absolute_texel = texel_side(view);
+        return coord;
     }
 
     std::vector<DepthView> views_;

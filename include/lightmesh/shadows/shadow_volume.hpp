@@ -4,17 +4,18 @@
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
+#include <lightmesh/shadows/cube_faces.hpp>
 #include <lightmesh/shadows/shadow_map_views.hpp>
 #include <lightmesh/shadows/shadow_volume_grid.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/support/check_light.hpp>
+#include <lightmesh/support/made_once.hpp>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -95,15 +96,14 @@ public:
     std::size_t bytes() const {
         std::size_t sum = sizeof *this + frames_.size() * (sizeof(detail::LightFrame) + sizeof(LazyGrid));
         for (std::size_t i = 0; i < frames_.size(); ++i)
-            if (const auto* made = grids_[i].made.load(std::memory_order_acquire))
+            if (const auto* made = grids_[i].grid.get())
                 sum += made->bytes();
         return sum;
     }
 
 private:
     struct LazyGrid {
-        std::unique_ptr<detail::ShadowVolumeGrid> memory;
-        std::atomic<const detail::ShadowVolumeGrid*> made{nullptr};  // set once, when the grid is whole
+        detail::MadeOnce<detail::ShadowVolumeGrid> grid;
         std::mutex making;
     };
 
@@ -115,10 +115,8 @@ private:
     }
 
     void add_cube(const glm::vec3& position) {
-        for (int face = 0; face < 6; ++face) {
-            glm::vec3 forward(0.0f);
-            forward[face / 2] = face % 2 == 0 ? 1.0f : -1.0f;
-            const DepthView view = detail::view_along(position, forward, 1);
+        for (std::size_t face = 0; face < detail::cube_face_count; ++face) {
+            const DepthView view = detail::view_along(position, detail::cube_face_axis(face), 1);
             frames_.push_back({glm::dvec3(position), glm::dvec3(view.right), glm::dvec3(view.down),
                                glm::dvec3(view.forward), false});
         }
@@ -149,24 +147,17 @@ private:
     }
 
     std::size_t face_of(const glm::vec3& point) const {
-        if (frames_.size() == 1)
-            return 0;
-        const glm::dvec3 way = glm::dvec3(point) - frames_.front().eye;
-        const glm::dvec3 size = glm::abs(way);
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-        return static_cast<std::size_t>(2 * axis + (way[axis] < 0.0 ? 1 : 0));
+        return frames_.size() == 1 ? 0 : detail::cube_face_of(glm::dvec3(point) - frames_.front().eye);
     }
 
     const detail::ShadowVolumeGrid& grid(std::size_t face) const {
         LazyGrid& lazy = grids_[face];
-        if (const auto* made = lazy.made.load(std::memory_order_acquire))
+        if (const auto* made = lazy.grid.get())
             return *made;
         const std::scoped_lock lock(lazy.making);
-        if (lazy.memory == nullptr) {
-            lazy.memory = std::make_unique<detail::ShadowVolumeGrid>(*triangles_, frames_[face], side_);
-            lazy.made.store(lazy.memory.get(), std::memory_order_release);
-        }
-        return *lazy.memory;
+        if (lazy.grid.get() == nullptr)
+            lazy.grid.publish(std::make_unique<detail::ShadowVolumeGrid>(*triangles_, frames_[face], side_));
+        return *lazy.grid.get();
     }
 
     std::shared_ptr<const OccluderTriangles> triangles_;

@@ -37,9 +37,9 @@ struct LightFrame {
     bool parallel = false;
 
     SeenPoint see(const glm::vec3& point) const {
-        const glm::dvec3 way = glm::dvec3(point) - eye;
-        const double depth = glm::dot(forward, way);
-        return {{glm::dot(right, way), glm::dot(down, way), parallel ? 1.0 : depth}, depth};
+        const glm::dvec3 to_point = glm::dvec3(point) - eye;
+        const double depth = glm::dot(forward, to_point);
+        return {{glm::dot(right, to_point), glm::dot(down, to_point), parallel ? 1.0 : depth}, depth};
     }
 };
 

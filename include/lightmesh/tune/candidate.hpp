@@ -11,13 +11,7 @@
 
 namespace lightmesh::tune {
 
-/// How V(L, x), the visibility of a light from a light point, is found.
-enum class LongTest {
-    rays,                 ///< a ray of the `Intersector`: LMM
-    shadow_maps,          ///< a look-up in a depth map of the `DepthRenderer`: LMM+ATK
-    refined_shadow_maps,  ///< the same, with a ray where the map cannot tell
-    shadow_volumes,       ///< shadow volumes of the `Occluders`: LMM+ATO
-};
+using lightmesh::LongTest;
 
 /// One way to set up a light mesh, to be tried. Two candidates are the same if all members are equal.
 struct Candidate {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
-#include <lightmesh/adapters/depth_renderer.hpp>
+#include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/fill/map_source.hpp>
 #include <lightmesh/fill/volume_source.hpp>

@@ -75,8 +75,8 @@ inline std::vector<TestTriangle> test_sheet(float slope) {
     return {{corner(-s, -s), corner(s, -s), corner(s, s)}, {corner(-s, -s), corner(s, s), corner(-s, s)}};
 }
 
-/// A place on such a sheet.
-inline glm::vec3 place_on_sheet(TestNumbers& numbers, float slope) {
+/// A point on such a sheet.
+inline glm::vec3 point_on_sheet(TestNumbers& numbers, float slope) {
     for (;;) {
         const float x = numbers.dyadic(-3, 3);
         const float y = numbers.dyadic(-3, 3);
@@ -85,8 +85,8 @@ inline glm::vec3 place_on_sheet(TestNumbers& numbers, float slope) {
     }
 }
 
-/// The way of a segment through a sheet, 1 in z.
-inline glm::vec3 way_through_sheet(TestNumbers& numbers, bool is_straight) {
+/// A step through a sheet, 1 in z.
+inline glm::vec3 step_through_sheet(TestNumbers& numbers, bool is_straight) {
     if (is_straight)
         return {0.0f, 0.0f, 1.0f};
     const float x = numbers.dyadic(1, 2) * (numbers.below(2) == 0 ? -0.25f : 0.25f);

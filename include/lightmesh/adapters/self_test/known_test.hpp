@@ -91,11 +91,11 @@ private:
     template <class Tracer>
     void ask_sheet_once(const Tracer& tracer, const Placement& placement, float slope, bool is_straight,
                         Sheet& sheet) {
-        const glm::vec3 place = place_on_sheet(numbers_, slope);
-        const glm::vec3 way = way_through_sheet(numbers_, is_straight);
+        const glm::vec3 point = point_on_sheet(numbers_, slope);
+        const glm::vec3 step = step_through_sheet(numbers_, is_straight);
         const float above = numbers_.dyadic(2, 5);
         const float below = numbers_.dyadic(2, 5);
-        const Segment down = placement(Segment{place + above * way, place - below * way});
+        const Segment down = placement(Segment{point + above * step, point - below * step});
         const Segment up = reversed(down);
         const bool is_down_blocked = tracer.occluded(down);
         const bool is_up_blocked = tracer.occluded(up);
@@ -105,7 +105,8 @@ private:
             sheet.back.add(!is_up_blocked, up);
         }
         for (const float side : {-1.0f, 1.0f}) {
-            const Segment before = placement(Segment{place + 0.75f * side * way, place + 0.25f * side * way});
+            const Segment before =
+                placement(Segment{point + 0.75f * side * step, point + 0.25f * side * step});
             sheet.beyond.add(tracer.occluded(before), before);
         }
         if constexpr (ClosestHitIntersector<Tracer>) {
@@ -169,14 +170,14 @@ private:
             const Placement placement{1.0f, axis};
             with_tracer(test_sheet(0.0f), placement, [&](const auto& tracer) {
                 for (int i = 0; i < questions_per_sheet; ++i) {
-                    const glm::vec3 place = place_on_sheet(numbers_, 0.0f);
-                    const glm::vec3 way{
+                    const glm::vec3 point = point_on_sheet(numbers_, 0.0f);
+                    const glm::vec3 step{
                         0.0f, 0.0f, std::exp2(static_cast<float>(i % 4 - 1)) * (i % 8 < 4 ? 1.0f : -1.0f)};
-                    const Segment leaving = placement(Segment{place, place + way});
+                    const Segment leaving = placement(Segment{point, point + step});
                     at_origin.add(tracer.occluded(leaving), leaving);
                     at_target.add(tracer.occluded(reversed(leaving)), reversed(leaving));
-                    const Segment through = placement(Segment{place - 0x1p-12f * way, place + way});
-                    const bool is_through = tracer.occluded(placement(Segment{place - way, place + way}));
+                    const Segment through = placement(Segment{point - 0x1p-12f * step, point + step});
+                    const bool is_through = tracer.occluded(placement(Segment{point - step, point + step}));
                     if (is_through) {
                         close_by.add(!tracer.occluded(through), through);
                         close_by.add(!tracer.occluded(reversed(through)), reversed(through));
@@ -205,16 +206,16 @@ private:
         std::vector<Question> open;
         for (int i = 0; i < questions_per_sheet; ++i) {
             // Off the diagonals of the faces, in the plane z = 0 as well as above it.
-            const glm::vec3 place{0.25f + 0.5f * (numbers_.dyadic(0, 1)),
+            const glm::vec3 point{0.25f + 0.5f * (numbers_.dyadic(0, 1)),
                                   -1.0f - 0.25f * numbers_.dyadic(0, 1), 0.125f * numbers_.dyadic(0, 1)};
-            const glm::vec3 way = way_through_sheet(numbers_, i % 2 == 0) * glm::vec3(0.25f, 0.25f, 1.0f);
+            const glm::vec3 step = step_through_sheet(numbers_, i % 2 == 0) * glm::vec3(0.25f, 0.25f, 1.0f);
             const float above = numbers_.dyadic(4, 6);
             const glm::vec3 beside{16.0f, 0.0f, 0.0f};
-            through.push_back({{place + above * way, place - above * way}, true});
-            out.push_back({{place, place + above * way}, true});
-            out.push_back({{place + above * way, place}, true});
-            open.push_back({{place, place + 0.5f * way}, false});
-            open.push_back({{place + beside + above * way, place + beside - above * way}, false});
+            through.push_back({{point + above * step, point - above * step}, true});
+            out.push_back({{point, point + above * step}, true});
+            out.push_back({{point + above * step, point}, true});
+            open.push_back({{point, point + 0.5f * step}, false});
+            open.push_back({{point + beside + above * step, point + beside - above * step}, false});
         }
         const std::vector<TestTriangle> box = test_box(glm::vec3(-2.0f), glm::vec3(2.0f));
         const std::vector<TestTriangle> flat = test_box({-2.0f, -2.0f, -0.5f}, {2.0f, 2.0f, -0.5f});
@@ -247,12 +248,12 @@ private:
         std::vector<Question> questions;
         for (int i = 0; i < questions_per_sheet; ++i) {
             const float x = numbers_.dyadic(-3, 1);
-            const glm::vec3 place{x, 0.0f, 0.25f * x};
-            const glm::vec3 way = way_through_sheet(numbers_, i % 2 == 0);
-            questions.push_back({{place + way, place - way}, true});
-            questions.push_back({{place - way, place + way}, true});
+            const glm::vec3 point{x, 0.0f, 0.25f * x};
+            const glm::vec3 step = step_through_sheet(numbers_, i % 2 == 0);
+            questions.push_back({{point + step, point - step}, true});
+            questions.push_back({{point - step, point + step}, true});
             const glm::vec3 aside{0.0f, 0x1p-4f, 0.0f};
-            questions.push_back({{place + aside + way, place + aside - way}, false});
+            questions.push_back({{point + aside + step, point + aside - step}, false});
         }
         Finding finding;
         for (int axis = 0; axis < 3; ++axis)
@@ -267,11 +268,11 @@ private:
             const float scale = std::exp2(static_cast<float>(power));
             std::vector<Question> questions;
             for (int i = 0; i < questions_per_sheet; ++i) {
-                const glm::vec3 place = place_on_sheet(numbers_, 0.125f);
-                const glm::vec3 way = way_through_sheet(numbers_, i % 2 == 0);
-                questions.push_back({{place + way, place - way}, true});
-                questions.push_back({{place - way, place + way}, true});
-                questions.push_back({{place + way, place + 0.25f * way}, false});
+                const glm::vec3 point = point_on_sheet(numbers_, 0.125f);
+                const glm::vec3 step = step_through_sheet(numbers_, i % 2 == 0);
+                questions.push_back({{point + step, point - step}, true});
+                questions.push_back({{point - step, point + step}, true});
+                questions.push_back({{point + step, point + 0.25f * step}, false});
             }
             Finding finding;
             for (int axis = 0; axis < 3; ++axis)

@@ -57,7 +57,7 @@ inline Segment reversed(const Segment& segment) {
     return {segment.target, segment.origin};
 }
 
-/// The place at t; 0 is the origin, 1 the target. Segments along an axis stay exactly so.
+/// The point at t; 0 is the origin, 1 the target. Segments along an axis stay exactly so.
 inline glm::vec3 place_on(const Segment& segment, float t) {
     return segment.origin + t * (segment.target - segment.origin);
 }

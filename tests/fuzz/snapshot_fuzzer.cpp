@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+
+// libFuzzer's target over snapshots: bytes that are read, asked and merged. Refusing them is right; so is any
+// visibility from 0 to 1, since bits may be any. All else is a fault. It makes its first inputs itself, and
+// gives most of what it changes a right size and checksum, so that the checks behind those are met too.
+// Build with clang and -DLIGHTMESH_FUZZ=ON, then
+//     tests/lightmesh-fuzz-snapshot -max_len=65536 -max_total_time=600 -rss_limit_mb=1024 -malloc_limit_mb=64
+
+#include "plain.hpp"
+#include "random_scene.hpp"
+
+#include <lightmesh/bounds.hpp>
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/snapshot.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <span>
+#include <vector>
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed);
+
+namespace {
+
+using lightmesh::detail::SnapshotHeader;
+using Mesh = lightmesh::LightMesh<test::PlainTracer>;
+using Bytes = std::vector<std::byte>;
+
+/// Meshes of one small room, which lies in one region of the grid.
+struct Example {
+    static constexpr std::array<test::SurfacePoint, 2> points{
+        {{{0.4f, 0.3f, -1.0f}, {0.0f, 0.0f, 1.0f}}, {{-0.6f, 1.0f, 0.2f}, {0.0f, -1.0f, 0.0f}}}};
+
+    static const std::vector<test::Triangle>& scene() {
+        static const std::vector<test::Triangle> made = [] {
+            std::vector<test::Triangle> triangles;
+            test::add_quad(triangles, {-3.0, -3.0, -1.0}, {6.0, 0.0, 0.0}, {0.0, 6.0, 0.0});
+            test::add_quad(triangles, {-3.0, 1.0, -1.0}, {5.0, 0.0, 0.0}, {0.0, 0.0, 2.0});
+            test::add_quad(triangles, {0.0, -0.5, 0.1}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0});
+            return triangles;
+        }();
+        return made;
+    }
+
+    std::vector<lightmesh::Light> lights;
+    lightmesh::Settings settings;
+
+    Example(lightmesh::ShortTest short_test, int light_count) {
+        test::Random random(17);
+        lights = test::random_lights(random, light_count);
+        settings = {.radius = 0.8f, .quality = 2.0f, .short_test = short_test, .origin = glm::vec3(-6.4f)};
+    }
+
+    Mesh mesh() const { return Mesh{test::PlainTracer{&scene()}, lights, settings}; }
+
+    Bytes snapshot(std::span<const test::SurfacePoint> of) const {
+        const Mesh asked = mesh();
+        std::vector<float> lit(lights.size());
+        for (const test::SurfacePoint& point : of)
+            asked.visibility(point.position, point.normal, lit);
+        return asked.snapshot();
+    }
+};
+
+/// Few lights, and more than one tile of them.
+const std::vector<Example>& examples() {
+    static const std::vector<Example> made = [] {
+        std::vector<Example> all;
+        for (const lightmesh::ShortTest short_test : test::all_short_tests)
+            for (const int light_count : {3, 70})
+                all.emplace_back(short_test, light_count);
+        return all;
+    }();
+    return made;
+}
+
+/// What the fuzzer starts from: of each example what its first point, its second and both need.
+const std::vector<Bytes>& first_inputs() {
+    static const std::vector<Bytes> made = [] {
+        std::vector<Bytes> all;
+        for (const Example& example : examples()) {
+            const std::span<const test::SurfacePoint> points = Example::points;
+            for (const auto& some : {points.first(1), points.last(1), points})
+                all.push_back(example.snapshot(some));
+        }
+        return all;
+    }();
+    return made;
+}
+
+void require(bool right, const char* what) {
+    if (right)
+        return;
+    std::cerr << "fault: " << what << '\n';
+    std::abort();
+}
+
+void check_visibilities(std::span<const float> lit) {
+    for (const float s : lit)
+        require(std::isnan(s) || (s >= 0.0f && s <= 1.0f), "a visibility is not from 0 to 1");
+}
+
+/// Whether `action` went to its end; it may throw instead, but not for want of memory.
+template <class Action>
+bool succeeds(Action&& action) {
+    try {
+        action();
+    } catch (const std::bad_alloc&) {
+        require(false, "more memory than there is");
+    } catch (const std::exception&) {
+        return false;
+    }
+    return true;
+}
+
+void ask(const lightmesh::SnapshotView& view) {
+    // What takes long is no fault: many lights of a fine grid.
+    if (view.light_count() > 200)
+        return;
+    std::vector<float> lit(view.light_count());
+    for (const test::SurfacePoint& point : Example::points) {
+        const bool has_answers = succeeds([&] { view.visibility(point.position, point.normal, lit); });
+        if (has_answers)
+            check_visibilities(lit);
+        if (view.settings().quality > 3.0f)
+            continue;
+        const bool has_traced = succeeds([&] {
+            view.visibility(test::PlainTracer{&Example::scene()}, point.position, point.normal, lit);
+        });
+        if (has_traced)
+            check_visibilities(lit);
+    }
+}
+
+/// A mesh that took bytes answers, and its own bytes can be read; one that refused them is as it was.
+void merge(const Example& example, const Bytes& known, const Bytes& bytes,
+           std::span<const lightmesh::Bounds> changed) {
+    Mesh mesh = example.mesh();
+    mesh.merge(known);
+    const Bytes before = mesh.snapshot();
+    const bool is_merged = succeeds([&] { mesh.merge(bytes, changed); });
+    const Bytes after = mesh.snapshot();
+    require(is_merged || after == before, "bytes that were refused have changed the mesh");
+    if (!is_merged)
+        return;
+    require(after.size() <= before.size() + 16 * bytes.size(), "the mesh grew by more than the bytes hold");
+    require(succeeds([&] { const lightmesh::SnapshotView view{std::span<const std::byte>(after)}; }),
+            "the bytes of a mesh cannot be read");
+    std::vector<float> lit(mesh.light_count());
+    for (const test::SurfacePoint& point : Example::points) {
+        mesh.visibility(point.position, point.normal, lit);
+        check_visibilities(lit);
+    }
+}
+
+SnapshotHeader header_of(const std::uint8_t* data) {
+    SnapshotHeader header;
+    std::memcpy(&header, data, sizeof header);
+    return header;
+}
+
+/// Gives the bytes, of which there are a header's at least, a right size and checksum.
+void sign(std::uint8_t* data, std::size_t size) {
+    SnapshotHeader header = header_of(data);
+    header.magic = SnapshotHeader::right_magic;
+    header.version = SnapshotHeader::right_version;
+    header.byte_order = SnapshotHeader::right_byte_order;
+    header.size = size;
+    header.checksum =
+        lightmesh::detail::checksum_of(header, std::as_bytes(std::span<const std::uint8_t>(data, size)));
+    std::memcpy(data, &header, sizeof header);
+}
+
+/// One of the 32-bit words of a section becomes a small number, another word, or off by a little: indices,
+/// counts and masks are such words.
+void change_word(std::uint8_t* data, std::size_t size, test::Random& random) {
+    const SnapshotHeader header = header_of(data);
+    const auto& section = header.sections[random.below(header.sections.size())];
+    const std::size_t words = size / 4;
+    std::size_t first = 0;
+    std::size_t count = sizeof header / 4;
+    if (random.below(4) != 0 && section.offset / 4 < words) {
+        first = static_cast<std::size_t>(section.offset / 4);
+        count = words - first;
+        if (section.count < count)  // A struct has a word at least, and 16 often.
+            count = (std::min)(count, static_cast<std::size_t>(section.count) * 16);
+    }
+    if (count == 0)
+        return;
+    const std::size_t at = 4 * (first + random.below(count));
+    std::uint32_t word = 0;
+    std::memcpy(&word, data + at, 4);
+    switch (random.below(4)) {
+    case 0:
+        word = static_cast<std::uint32_t>(random.below(64));
+        break;
+    case 1:
+        std::memcpy(&word, data + 4 * random.below(words), 4);
+        break;
+    case 2:
+        word += static_cast<std::uint32_t>(random.below(9)) - 4;
+        break;
+    default:
+        word ^= 1u << random.below(32);
+    }
+    std::memcpy(data + at, &word, 4);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const auto read = std::as_bytes(std::span<const std::uint8_t>(data, size));
+    const Bytes bytes(read.begin(), read.end());
+    std::size_t light_count = 0;
+    const bool is_read = succeeds([&] {
+        const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)};
+        light_count = view.light_count();
+        ask(view);
+    });
+    if (!is_read)
+        return 0;
+    constexpr std::array<lightmesh::Bounds, 1> box{{{{0.2f, 0.2f, 0.0f}, {0.3f, 0.4f, 0.2f}}}};
+    for (std::size_t i = 0; i < examples().size(); ++i) {
+        if (examples()[i].lights.size() != light_count)
+            continue;
+        const Bytes& known = first_inputs()[3 * i + 1];
+        merge(examples()[i], known, bytes, {});
+        merge(examples()[i], known, bytes, box);
+        break;
+    }
+    return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed) {
+    test::Random random(seed);
+    if (size < sizeof(SnapshotHeader)) {
+        const Bytes& first = first_inputs()[random.below(first_inputs().size())];
+        if (first.size() > max_size)
+            return LLVMFuzzerMutate(data, size, max_size);
+        std::memcpy(data, first.data(), first.size());
+        return first.size();
+    }
+    if (random.below(3) == 0) {
+        size = LLVMFuzzerMutate(data, size, max_size);
+    } else {
+        const std::size_t changes = 1 + random.below(3);
+        for (std::size_t i = 0; i < changes; ++i)
+            change_word(data, size, random);
+    }
+    if (size >= sizeof(SnapshotHeader) && random.below(16) != 0)
+        sign(data, size);
+    return size;
+}
