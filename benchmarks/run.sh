@@ -16,7 +16,8 @@ results=$here/results
 
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
-cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark lightmesh-cache-benchmark --parallel "$(nproc)"
+cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark \
+    lightmesh-first-frame-benchmark lightmesh-cache-benchmark --parallel "$(nproc)"
 program=$build/benchmarks/lightmesh-benchmarks
 
 echo
@@ -47,5 +48,7 @@ echo "Written: $results/benchmarks.json, figures.md, time-per-point.svg"
 
 echo
 "$build/benchmarks/lightmesh-mesh-benchmark" | tee "$results/flat-mesh.md"
+echo
+"$build/benchmarks/lightmesh-first-frame-benchmark" | tee "$results/first-frame.md"
 echo
 "$build/benchmarks/lightmesh-cache-benchmark" | tee "$results/visibility-cache.md"

@@ -10,6 +10,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -19,8 +20,9 @@
 
 namespace lightmesh::detail {
 
-/// The most light points that a long test is asked about at once: those of a brick.
-inline constexpr std::size_t most_in_long_test = 64;
+/// The most light points that a long test is asked about at once.
+template <Intersector Tracer>
+inline constexpr std::size_t most_in_long_test = (std::max)(largest_batch<Tracer>(), most_segments);
 
 /// What long tests have cost so far.
 struct LongTestCost {
@@ -35,21 +37,17 @@ inline float light_clearance(const Light& light, float step) {
     return shape.is_directional ? 0.0f : end_offset(shape.at, step);
 }
 
-/// The light points of `points`, up to 64, that a light is seen from, bit i for points[i]: by rays.
+/// Sets seen[i] to 1 if a light is seen from points[i], else to 0: by rays.
 template <Intersector Tracer>
-std::uint64_t trace_long_test(const Tracer& tracer, const LightTable& lights, std::size_t light,
-                              std::span<const glm::vec3> points, LongTestCost& cost) {
-    std::array<Segment, most_in_long_test> segments;
-    std::array<std::uint8_t, most_in_long_test> hit;
+void trace_long_test(const Tracer& tracer, const LightTable& lights, std::size_t light,
+                     std::span<const glm::vec3> points, std::span<std::uint8_t> seen, LongTestCost& cost) {
+    std::array<Segment, most_in_long_test<Tracer>> segments;
     for (std::size_t i = 0; i < points.size(); ++i)
         segments[i] = lights.long_segment(light, points[i]);
-    trace(tracer, std::span<const Segment>(segments).first(points.size()),
-          std::span(hit).first(points.size()));
+    trace(tracer, std::span<const Segment>(segments).first(points.size()), seen);
     cost.rays += points.size();
-    std::uint64_t open = 0;
-    for (std::size_t i = 0; i < points.size(); ++i)
-        open |= static_cast<std::uint64_t>(hit[i] == 0) << i;
-    return open;
+    for (std::uint8_t& is_seen : seen)
+        is_seen = is_seen == 0 ? 1 : 0;
 }
 
 /// Long tests by rays of the user's tracer.
@@ -57,11 +55,13 @@ class RayLongTests {
 public:
     static constexpr LongTest kind = LongTest::rays;
 
+    /// Of up to `most_in_long_test` points; `seen` has as many places.
     template <Intersector Tracer>
-    std::uint64_t operator()(const Tracer& tracer, const LightTable& lights, std::size_t light,
-                             std::span<const glm::vec3> points, LongTestCost& cost) const {
+    void operator()(const Tracer& tracer, const LightTable& lights, std::size_t light,
+                    std::span<const glm::vec3> points, std::span<std::uint8_t> seen,
+                    LongTestCost& cost) const {
         cost.tests += points.size();
-        return trace_long_test(tracer, lights, light, points, cost);
+        trace_long_test(tracer, lights, light, points, seen, cost);
     }
 
     std::size_t bytes() const { return 0; }

@@ -44,33 +44,32 @@ public:
 
     /// As `RayLongTests`.
     template <Intersector Tracer>
-    std::uint64_t operator()(const Tracer& tracer, const LightTable& lights, std::size_t light,
-                             std::span<const glm::vec3> points, LongTestCost& cost) const {
+    void operator()(const Tracer& tracer, const LightTable& lights, std::size_t light,
+                    std::span<const glm::vec3> points, std::span<std::uint8_t> seen,
+                    LongTestCost& cost) const {
         const ShadowMap<Renderer>& map = *maps_[light];
         cost.tests += points.size();
-        std::uint64_t lit = 0;
         if (!refine_) {
             for (std::size_t i = 0; i < points.size(); ++i)
-                lit |= static_cast<std::uint64_t>(map.visible(points[i])) << i;
-            return lit;
+                seen[i] = map.visible(points[i]) ? 1 : 0;
+            return;
         }
-        std::array<glm::vec3, most_in_long_test> unsure;
-        std::array<std::uint8_t, most_in_long_test> bits;
+        std::array<glm::vec3, most_in_long_test<Tracer>> unsure;
+        std::array<std::uint16_t, most_in_long_test<Tracer>> places;
+        std::array<std::uint8_t, most_in_long_test<Tracer>> open;
         std::size_t size = 0;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const ShadowMapLookup seen = map.look_up(points[i]);
-            if (seen == ShadowMapLookup::edge) {
+            const ShadowMapLookup in_map = map.look_up(points[i]);
+            seen[i] = in_map == ShadowMapLookup::lit ? 1 : 0;
+            if (in_map == ShadowMapLookup::edge) {
                 unsure[size] = points[i];
-                bits[size++] = static_cast<std::uint8_t>(i);
-            } else {
-                lit |= static_cast<std::uint64_t>(seen == ShadowMapLookup::lit) << i;
+                places[size++] = static_cast<std::uint16_t>(i);
             }
         }
-        const std::uint64_t open =
-            trace_long_test(tracer, lights, light, std::span<const glm::vec3>(unsure).first(size), cost);
+        trace_long_test(tracer, lights, light, std::span<const glm::vec3>(unsure).first(size),
+                        std::span(open).first(size), cost);
         for (std::size_t i = 0; i < size; ++i)
-            lit |= (open >> i & 1) << bits[i];
-        return lit;
+            seen[places[i]] = open[i];
     }
 
     std::size_t bytes() const {

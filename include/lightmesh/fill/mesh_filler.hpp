@@ -47,11 +47,10 @@ public:
 
     /// Afterwards all units of the list are known.
     void fill(const MissingList& missing) const {
-        LongTestCost cost;
-        for (const MissingUnits& units : missing.entries())
-            BrickFill(data_, tracer_, long_tests_, units, cost).run();
-        long_tests_done_.fetch_add(cost.tests, std::memory_order_relaxed);
-        long_rays_.fetch_add(cost.rays, std::memory_order_relaxed);
+        LongFill long_fill(data_, tracer_, long_tests_);
+        long_fill.run(missing.entries());
+        long_tests_done_.fetch_add(long_fill.cost().tests, std::memory_order_relaxed);
+        long_rays_.fetch_add(long_fill.cost().rays, std::memory_order_relaxed);
     }
 
     /// Index plus one of the flood of a light point of the brick, found if nobody has yet.

@@ -39,13 +39,11 @@ public:
 
     /// As `RayLongTests`.
     template <Intersector Tracer>
-    std::uint64_t operator()(const Tracer&, const LightTable&, std::size_t light,
-                             std::span<const glm::vec3> points, LongTestCost& cost) const {
+    void operator()(const Tracer&, const LightTable&, std::size_t light, std::span<const glm::vec3> points,
+                    std::span<std::uint8_t> seen, LongTestCost& cost) const {
         cost.tests += points.size();
-        std::uint64_t lit = 0;
         for (std::size_t i = 0; i < points.size(); ++i)
-            lit |= static_cast<std::uint64_t>(volumes_[light].visible(points[i])) << i;
-        return lit;
+            seen[i] = volumes_[light].visible(points[i]) ? 1 : 0;
     }
 
     std::size_t bytes() const {
