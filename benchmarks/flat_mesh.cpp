@@ -7,18 +7,14 @@
 
 #include <lightmesh/lightmesh.hpp>
 
-#include <algorithm>
-#include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <limits>
-#include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -118,9 +114,29 @@ void time_snapshots() {
     print_row("snapshot merged, over the speed of memory copies", copying / merging, 0.25, true, note);
 }
 
+/// Only times, for `run.sh` to compare programs that were compiled in two ways.
+void print_times() {
+    double sum = 0.0;
+    for (const char* scene : {"park", "rooms"}) {
+        const bench::Workload& workload = bench::workload(scene, 64);
+        const bench::ShadingPoints part = workload.points.part(40000);
+        for (const ShortTest short_test : {ShortTest::none, ShortTest::linked}) {
+            const Mesh mesh = bench::make_mesh(workload, short_test);
+            ask(mesh, part);
+            sum +=
+                std::log(1e9 * least_seconds(7, [&] { ask(mesh, part); }) / static_cast<double>(part.size()));
+        }
+    }
+    std::printf("%.1f\n", std::exp(sum / 4.0));
+}
+
 }  // namespace
 
-int main() {
+int main(int argument_count, char** arguments) {
+    if (argument_count == 2 && std::string_view(arguments[1]) == "--times") {
+        print_times();
+        return 0;
+    }
     std::printf("The mesh as flat data; kernels: %s; built with %s\n\n", lightmesh::kernel_name(),
                 LIGHTMESH_FLAGS);
     bench::print_head();

@@ -17,7 +17,7 @@ results=$here/results
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
 cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark \
-    lightmesh-first-frame-benchmark lightmesh-cache-benchmark --parallel "$(nproc)"
+    lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-cache-benchmark --parallel "$(nproc)"
 program=$build/benchmarks/lightmesh-benchmarks
 
 echo
@@ -48,6 +48,12 @@ echo "Written: $results/benchmarks.json, figures.md, time-per-point.svg"
 
 echo
 "$build/benchmarks/lightmesh-mesh-benchmark" | tee "$results/flat-mesh.md"
+for _ in 1 2 3; do
+    echo "$("$build/benchmarks/lightmesh-mesh-benchmark-o2" --times) $("$build/benchmarks/lightmesh-mesh-benchmark" --times)"
+done | awk '{ ratio = $1 / $2; if (NR == 1 || ratio < least) { least = ratio; o2 = $1; native = $2 } }
+    END { printf "| -O2 alone over built for the processor: Express and Linked, park and rooms, warm, mean of ratios |"
+          printf " %.3g | <= 1.1 | %s | %s and %s ns a point |\n", least, least <= 1.1 ? "yes" : "no", o2, native }' |
+    tee -a "$results/flat-mesh.md"
 echo
 "$build/benchmarks/lightmesh-first-frame-benchmark" | tee "$results/first-frame.md"
 echo

@@ -20,7 +20,8 @@
 /// * `Intersector`: occluded(segment). Always; asked by all threads that query, at once.
 /// * `BatchIntersector`: occluded(segments, hit). May be added; so too.
 /// * `ClosestHitIntersector`: closest_hit(segment). May be added, for a `VisibilityCache`; so too.
-/// * `DepthRenderer`: render_depth(view, distance). In place of long rays: shadow maps; by one thread at a time.
+/// * `DepthRenderer`: render_depth(view, distance). In place of long rays: shadow maps; by one thread at a
+/// time.
 /// * `BatchDepthRenderer`: render_depth(views, distances). May be added; so too.
 /// * `BoundedDepthRenderer`: bounds(). May be added, maps of directional lights need bounds; once a light.
 /// * `Occluders`: triangle_count(), triangle(i). In place of long rays: shadow volumes; once, on one thread.
@@ -56,12 +57,12 @@ namespace lightmesh {
 /// * A segment of length 0 is not blocked.
 /// * Segments to a `DirectionalLight` are 2^24 steps of the grid long: their target is far, but finite.
 ///
-/// How often: for long tests by rays, at most once for each light and light point that queries touch (adaptive
-/// ones: 14 of a brick's 64, and the others where these disagree), and
-/// about three times for each light point to link it; what threads find at the same moment may be traced by
-/// each. Then for each query one short ray or some more, at most 8 (`ShortTest::linked`), none (`none`), or
-/// about one for each of some (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for
-/// each light that reaches a point with m = 0.
+/// How often: for long tests by rays, at most once for each light and light point that queries touch
+/// (adaptive ones: 14 of a brick's 64, and the others where these disagree), and about three times for each
+/// light point to link it; what threads find at the same moment may be traced by each. Then for each query
+/// one short ray or some more, at most 8 (`ShortTest::linked`), none (`none`), or about one for each of some
+/// (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for each light that reaches a
+/// point with m = 0.
 template <class T>
 concept Intersector = std::copy_constructible<T> && requires(const T& tracer, const Segment& segment) {
     { tracer.occluded(segment) } -> std::same_as<bool>;
@@ -78,11 +79,11 @@ concept Intersector = std::copy_constructible<T> && requires(const T& tracer, co
 ///
 /// A call's segments belong together, so that packets of rays pay. Long tests: all segments are of one light,
 /// from within one end's offset of each other (see `fill/ray_ends.hpp`), or nearly parallel to a sun or a far
-/// lamp; their other ends are light points of some bricks of 4x4x4 beside each other, brick by brick: samples, or
-/// those that are asked for; with refined shadow maps those of them that no map decides. Links come in calls of 24, of one cell;
-/// exact short tests in calls that share an origin; linked ones from as many points, if they are queried
-/// together; a cache's from one record to some lamps. The member for one segment is still called: for shadow
-/// rays, and where a query needs one answer before it can ask on.
+/// lamp; their other ends are light points of some bricks of 4x4x4 beside each other, brick by brick:
+/// samples, or those that are asked for; with refined shadow maps those of them that no map decides. Links
+/// come in calls of 24, of one cell; exact short tests in calls that share an origin; linked ones from as
+/// many points, if they are queried together; a cache's from one record to some lamps. The member for one
+/// segment is still called: for shadow rays, and where a query needs one answer before it can ask on.
 template <class T>
 concept BatchIntersector = Intersector<T> &&
     requires(const T& tracer, std::span<const Segment> segments, std::span<std::uint8_t> hit) {

@@ -53,7 +53,7 @@ struct Hemisphere {
         const double quality = static_cast<double>(grid.quality());
         fraction_bits = fraction_bits_of(quality);
         const double one = static_cast<double>(1 << fraction_bits);
-        radius_squared = static_cast<std::int32_t>(std::ceil(quality * quality * one * one));
+        radius_squared = -floor_to_int(-quality * quality * one * one);
         constexpr double normal_one = 1 << normal_bits;
         const double rounding = static_cast<double>(largest_component(point)) * 0x1p-22 / grid.step();
         lowest_height =
