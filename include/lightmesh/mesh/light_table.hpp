@@ -34,6 +34,8 @@ struct LightColumns {
     using Column = std::array<float, lights_per_tile>;
     alignas(64) Column at_x{}, at_y{}, at_z{}, nearness{};
     std::array<double, lights_per_tile> range_squared = nothing_in_range();
+    /// The same, for a first look; NaN where floats can't tell anything.
+    alignas(64) Column coarse_range_squared{};
     std::vector<LightCone> cones;  ///< empty, or one a place
     std::uint64_t exists = 0;      ///< places with a light
     bool has_ranges = false;
@@ -48,6 +50,9 @@ struct LightColumns {
         at_z[l] = shape.at.z;
         nearness[l] = shape.is_directional ? 0.0f : 1.0f;
         range_squared[l] = static_cast<double>(shape.range) * static_cast<double>(shape.range);
+        const bool fits = (range_squared[l] > 1e-30 && range_squared[l] < 1e30) || std::isinf(shape.range);
+        coarse_range_squared[l] =
+            fits ? static_cast<float>(range_squared[l]) : std::numeric_limits<float>::quiet_NaN();
         exists |= std::uint64_t{1} << l;
         has_ranges |= std::isfinite(shape.range);
         largest_at =

@@ -86,25 +86,44 @@ LIGHTMESH_AVX2 inline std::uint64_t find_facing(const LightColumns& lights, cons
                                                 const glm::vec3& normal) {
     const __m256 band = _mm256_set1_ps(facing_band(lights, point));
     const __m256 magnitude = _mm256_castsi256_ps(_mm256_set1_epi32(0x7fffffff));
+    const auto mask = [](__m256 lanes, std::size_t l) LIGHTMESH_AVX2 {
+        return static_cast<std::uint64_t>(static_cast<std::uint32_t>(_mm256_movemask_ps(lanes))) << l;
+    };
     std::uint64_t facing = 0;
     std::uint64_t certain = 0;
+    std::uint64_t in_range = ~std::uint64_t{0};
+    std::uint64_t certain_range = ~std::uint64_t{0};
     for (std::size_t l = 0; l < lights_per_tile; l += 8) {
         const __m256 near_by = _mm256_load_ps(&lights.nearness[l]);
         const auto way = [&](const LightColumns::Column& at, float p) LIGHTMESH_AVX2 {
             return _mm256_sub_ps(_mm256_load_ps(&at[l]), _mm256_mul_ps(near_by, _mm256_set1_ps(p)));
         };
-        const __m256 height =
-            _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(_mm256_set1_ps(normal.x), way(lights.at_x, point.x)),
-                                        _mm256_mul_ps(_mm256_set1_ps(normal.y), way(lights.at_y, point.y))),
-                          _mm256_mul_ps(_mm256_set1_ps(normal.z), way(lights.at_z, point.z)));
-        const auto mask = [l](__m256 lanes) LIGHTMESH_AVX2 {
-            return static_cast<std::uint64_t>(static_cast<std::uint32_t>(_mm256_movemask_ps(lanes))) << l;
-        };
-        facing |= mask(_mm256_cmp_ps(height, _mm256_setzero_ps(), _CMP_GE_OQ));
-        certain |= mask(_mm256_cmp_ps(_mm256_and_ps(height, magnitude), band, _CMP_GT_OQ));
+        const __m256 x = way(lights.at_x, point.x);
+        const __m256 y = way(lights.at_y, point.y);
+        const __m256 z = way(lights.at_z, point.z);
+        const __m256 height = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(_mm256_set1_ps(normal.x), x),
+                                                          _mm256_mul_ps(_mm256_set1_ps(normal.y), y)),
+                                            _mm256_mul_ps(_mm256_set1_ps(normal.z), z));
+        facing |= mask(_mm256_cmp_ps(height, _mm256_setzero_ps(), _CMP_GE_OQ), l);
+        certain |= mask(_mm256_cmp_ps(_mm256_and_ps(height, magnitude), band, _CMP_GT_OQ), l);
+        if (!lights.has_ranges)
+            continue;
+        const __m256 squares =
+            _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y)), _mm256_mul_ps(z, z));
+        const __m256 distance = _mm256_mul_ps(near_by, squares);
+        const __m256 range = _mm256_load_ps(&lights.coarse_range_squared[l]);
+        // A sum of squares is right to some 2^-22 of itself.
+        const __m256 more = _mm256_set1_ps(1.0f + 0x1p-20f);
+        const std::uint64_t inside = mask(_mm256_cmp_ps(_mm256_mul_ps(distance, more), range, _CMP_LE_OQ), l);
+        const std::uint64_t outside =
+            mask(_mm256_cmp_ps(distance, _mm256_mul_ps(range, more), _CMP_GT_OQ), l);
+        const std::uint64_t others = ~(std::uint64_t{0xff} << l);
+        in_range &= inside | others;
+        certain_range &= inside | outside | others;
     }
     facing &= lights.exists;
-    std::uint64_t unsure = lights.exists & (lights.has_ranges ? facing | ~certain : ~certain);
+    std::uint64_t unsure = lights.exists & (~certain | (facing & ~certain_range));
+    facing &= in_range | ~certain_range;
     for (; unsure != 0; unsure &= unsure - 1) {
         const auto l = static_cast<std::size_t>(std::countr_zero(unsure));
         const std::uint64_t bit = unsure & (~unsure + 1);
