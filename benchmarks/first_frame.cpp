@@ -121,11 +121,12 @@ void weigh_errors() {
             all.adaptive_long_tests = false;
             const Mesh traced{workload.scene.intersector(), bench::lights_of(workload), all};
             const Mesh adaptive = bench::make_mesh(workload, short_test);
-            bench::print_row(
-                std::string("mean absolute S that adaptive long tests add, ") + name + ", " + scene,
-                bench::difference(adaptive, traced, workload, workload.points, 200), to_reach, false,
-                std::to_string(adaptive.statistics().long_rays) + " long rays of " +
-                    std::to_string(traced.statistics().long_rays));
+            const double added = bench::difference(adaptive, traced, workload, workload.points, 200);
+            bench::print_row(std::string("mean absolute S that adaptive long tests add, ") + name + ", " +
+                                 scene,
+                             added, to_reach, false,
+                             std::to_string(adaptive.statistics().long_rays) + " long rays of " +
+                                 std::to_string(traced.statistics().long_rays));
         }
     }
 }

@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-// Long tests by samples: of each brick 14 light points for each light, and the others where these disagree.
+// Long tests by samples: of each brick 16 light points for each light, and the others where these disagree.
 
 namespace {
 
@@ -112,8 +112,8 @@ private:
 
 }  // namespace
 
-TEST_CASE("14 light points of a brick are samples, at least one in each cell") {
-    CHECK(std::popcount(brick_samples) == 14);
+TEST_CASE("16 light points of a brick are samples, at least one in each cell") {
+    CHECK(std::popcount(brick_samples) == 16);
     CHECK(lightmesh::detail::cell_bits(brick_samples) == 0xff);
 }
 

@@ -35,7 +35,7 @@ struct Settings {
     float quality = 4.0f;
     /// What keeps light and shadow from leaking through walls.
     ShortTest short_test = ShortTest::linked;
-    /// Whether long tests are found by samples: in each brick of 4x4x4 light points 14 for each light, and the
+    /// Whether long tests are found by samples: in each brick of 4x4x4 light points 16 for each light, and the
     /// others only if these disagree, else they are taken for the same. Saves a third of the rays in foliage
     /// and two thirds elsewhere. `ShortTest::exact` does without.
     bool adaptive_long_tests = true;

@@ -58,7 +58,7 @@ namespace lightmesh {
 /// * Segments to a `DirectionalLight` are 2^24 steps of the grid long: their target is far, but finite.
 ///
 /// How often: for long tests by rays, at most once for each light and light point that queries touch
-/// (adaptive ones: 14 of a brick's 64, and the others where these disagree), and about three times for each
+/// (adaptive ones: 16 of a brick's 64, and the others where these disagree), and about three times for each
 /// light point to link it; what threads find at the same moment may be traced by each. Then for each query
 /// one short ray or some more, at most 8 (`ShortTest::linked`), none (`none`), or about one for each of some
 /// (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for each light that reaches a
