@@ -367,7 +367,7 @@ GltfFile::GltfFile(const fs::path& file) : folder_(file.parent_path()) {
     Chunks chunks = split(read_whole<Bytes>(file));
     check_nesting(chunks.json);
     // Small objects take many times the place of their text, once as they are and once as tinygltf has them.
-    allow_memory(20 * chunks.json.size());
+    allow_memory(40 * chunks.json.size());
     json document = json::parse(chunks.json, nullptr, false);
     chunks.json = std::string();
     if (document.is_discarded() || !document.is_object())

@@ -69,7 +69,7 @@ Model read_safely(const fs::path& file, const ImportOptions& options) {
     constexpr std::size_t megabyte = 1 << 20;
     const std::size_t size = fs::file_size(file);
     // Assimp takes OBJ apart into many small pieces.
-    const std::size_t factor = extension_of(file) == ".obj" ? 20 : 4;
+    const std::size_t factor = extension_of(file) == ".obj" ? 16 : 4;
     const ReaderLimits limits{64 * megabyte + factor * size, 2048 * megabyte + 24 * size,
                               static_cast<unsigned>(10 + size / megabyte)};
     try {

@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -16,20 +17,26 @@ namespace demo {
 namespace {
 
 constexpr float cosine_of_sharpest = 0.7660444f;  // 40 degrees
-/// Around a place where more triangles meet all of them count: their pairs would take too long.
+/// In a place where more triangles meet all of them count: their pairs would take too long.
 constexpr std::size_t most_around = 64;
 
-/// The normal of each triangle, as long as twice its area.
-std::vector<glm::vec3> triangle_normals(const ModelMesh& mesh) {
-    std::vector<glm::vec3> normals;
-    normals.reserve(mesh.indices.size() / 3);
-    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
-        const glm::dvec3& a = mesh.positions[mesh.indices[i]];
-        const glm::dvec3 normal =
-            glm::cross(mesh.positions[mesh.indices[i + 1]] - a, mesh.positions[mesh.indices[i + 2]] - a);
-        normals.emplace_back(normal);
-    }
-    return normals;
+/// A corner of a triangle, as it counts for the normal in its place.
+struct Corner {
+    glm::vec3 normal;  ///< of the triangle; 0 if it has no area
+    float angle;
+};
+
+Corner corner_at(const ModelMesh& mesh, std::uint32_t corner) {
+    const auto position = [&](std::uint32_t turn) {
+        return mesh.positions[mesh.indices[corner / 3 * 3 + (corner + turn) % 3]];
+    };
+    const glm::dvec3 first = position(1) - position(0);
+    const glm::dvec3 second = position(2) - position(0);
+    const glm::dvec3 normal = glm::cross(first, second);
+    const double length = glm::length(normal);
+    if (!(length > 0.0))
+        return {glm::vec3(0.0f), 0.0f};
+    return {glm::vec3(normal / length), static_cast<float>(std::atan2(length, glm::dot(first, second)))};
 }
 
 /// Corners of triangles in the order of their places, so that those of one place follow each other.
@@ -49,16 +56,13 @@ glm::vec3 unit(const glm::vec3& v) {
     return length > 0.0f ? v / length : glm::vec3(0.0f);
 }
 
-/// The normal of the corner of triangle `own`, by the triangles of all corners in its place.
-glm::vec3 normal_of(std::span<const std::uint32_t> around, std::uint32_t own,
-                    const std::vector<glm::vec3>& normals) {
-    const glm::vec3 direction = unit(normals[own]);
+/// The normal of a corner by those in its place, weighted by their angles (Thuermer and Wuethrich, "Computing
+/// Vertex Normals from Polygonal Facets", 1998): however polygons are cut, it is the same.
+glm::vec3 normal_of(const Corner& own, std::span<const Corner> around, float sharpest) {
     glm::vec3 sum(0.0f);
-    for (const std::uint32_t corner : around) {
-        const glm::vec3& other = normals[corner / 3];
-        if (around.size() > most_around || glm::dot(direction, unit(other)) >= cosine_of_sharpest)
-            sum += other;
-    }
+    for (const Corner& other : around)
+        if (glm::dot(own.normal, other.normal) >= sharpest)
+            sum += other.angle * other.normal;
     return unit(sum);
 }
 
@@ -80,12 +84,12 @@ std::uint32_t copy_vertex(ModelMesh& mesh, std::uint32_t vertex) {
 }  // namespace
 
 void smooth_normals(ModelMesh& mesh) {
-    const std::vector<glm::vec3> normals = triangle_normals(mesh);
     const std::vector<std::uint32_t> corners = corners_by_place(mesh);
     mesh.normals.assign(mesh.positions.size(), glm::vec3(0.0f));
     const auto position = [&](std::size_t i) {
         return mesh.positions[mesh.indices[corners[i]]];
     };
+    std::vector<Corner> in_place;
     std::vector<std::uint32_t> vertices;                         // of the corners in one place
     std::vector<std::pair<std::uint32_t, std::uint32_t>> moved;  // vertices, with a copy of another normal
     for (std::size_t first = 0; first < corners.size();) {
@@ -93,11 +97,16 @@ void smooth_normals(ModelMesh& mesh) {
         while (last < corners.size() && position(last) == position(first))
             ++last;
         const std::span around = std::span(corners).subspan(first, last - first);
+        in_place.clear();
+        for (const std::uint32_t corner : around)
+            in_place.push_back(corner_at(mesh, corner));
+        const bool is_crowded = around.size() > most_around;
+        const glm::vec3 mean = normal_of(in_place[0], in_place, -2.0f);
         vertices.clear();
         moved.clear();
-        for (const std::uint32_t corner : around) {
-            const std::uint32_t own = mesh.indices[corner];
-            const glm::vec3 normal = normal_of(around, corner / 3, normals);
+        for (std::size_t i = 0; i < around.size(); ++i) {
+            const std::uint32_t own = mesh.indices[around[i]];
+            const glm::vec3 normal = is_crowded ? mean : normal_of(in_place[i], in_place, cosine_of_sharpest);
             std::uint32_t vertex = own;
             if (mesh.normals[own] == glm::vec3(0.0f)) {
                 mesh.normals[own] = normal;
