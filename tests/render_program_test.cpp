@@ -157,6 +157,9 @@ TEST_CASE("lightmesh-render: bad input gets one line, and leaves nothing behind"
     check_refused("picture spheres --short-test maybe", "short-test");
     check_refused("picture spheres --algorithm radiosity", "radiosity");
     check_refused("picture spheres --no-such-option", "no-such-option");
+    check_refused("picture spheres --time nan", "nan");
+    check_refused("picture spheres --time -1", "-1");
+    check_refused("picture spheres --tone bright", "bright");
     check_refused("picture spheres" + tiny + "-o picture.bmp", "picture.bmp");
     check_refused("picture spheres" + tiny + "-o " + file + "/p.png", file);
     check_refused("compare spheres" + tiny + "-o " + file + "/out", file);

@@ -80,10 +80,13 @@ void add_render_options(CLI::App& command, CommonOptions& options) {
 
 void add_tone_option(CLI::App& command, CommonOptions& options) {
     command
-        .add_option("--tone", options.render.tone,
-                    "curve of PNG files: linear, white at 1, or filmic, which keeps what is brighter apart")
-        ->transform(CLI::CheckedTransformer(
-            std::vector<std::pair<std::string, Tone>>{{"linear", Tone::linear}, {"filmic", Tone::filmic}}));
+        .add_option_function<std::string>(
+            "--tone",
+            [&options](const std::string& name) {
+                options.render.tone = name == "filmic" ? Tone::filmic : Tone::linear;
+            },
+            "curve of PNG files: linear (default), white at 1, or filmic, which keeps what is brighter apart")
+        ->check(CLI::IsMember({"linear", "filmic"}));
 }
 
 CLI::Validator finite_range(float low, float high) {
