@@ -359,7 +359,7 @@ Bytes read_uri(const std::string& uri, const fs::path& folder) {
     const fs::path plain = folder / uri;
     std::error_code ignored;
     auto bytes = read_whole<Bytes>(fs::exists(plain, ignored) ? plain : folder / percent_decoded(uri));
-    allow_memory(4 * bytes.size());
+    allow_file(bytes.size());
     return bytes;
 }
 

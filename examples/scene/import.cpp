@@ -69,8 +69,8 @@ Model read_safely(const fs::path& file, const ImportOptions& options) {
     constexpr std::size_t megabyte = 1 << 20;
     const std::size_t size = fs::file_size(file);
     // Assimp takes OBJ apart into many small pieces.
-    const std::size_t factor = extension_of(file) == ".obj" ? 16 : 4;
-    const ReaderLimits limits{64 * megabyte + factor * size, 2048 * megabyte + 24 * size,
+    const std::size_t factor = extension_of(file) == ".obj" ? 16 : read_factor;
+    const ReaderLimits limits{64 * megabyte + factor * size, 2048 * megabyte + unpacked_factor * size,
                               static_cast<unsigned>(10 + size / megabyte)};
     try {
         return read_isolated([&] { return read_model(file, {options.time, options.animation}); }, limits);

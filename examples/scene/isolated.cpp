@@ -146,6 +146,12 @@ void allow_memory(std::size_t bytes) {
     set_limit(RLIMIT_DATA, allowed_data);
 }
 
+void allow_file(std::size_t bytes) {
+    if (most_data != 0)
+        most_data += unpacked_factor * bytes;
+    allow_memory(read_factor * bytes);
+}
+
 Model read_isolated(const std::function<Model()>& reader, const ReaderLimits& limits) {
     int ends[2];
     if (pipe(ends) != 0)

@@ -178,7 +178,7 @@ private:
                 image.problem = "is not there";
             } else {
                 image.encoded = read_whole<std::vector<std::uint8_t>>(folder_ / name);
-                allow_memory(image.encoded.size());
+                allow_file(image.encoded.size());
             }
             images_.push_back(std::move(image));
         }

@@ -457,7 +457,7 @@ Model read_ply(const fs::path& file) {
         image.name = header.texture;
         try {
             image.encoded = read_whole<std::vector<std::uint8_t>>(file.parent_path() / header.texture);
-            allow_memory(image.encoded.size());
+            allow_file(image.encoded.size());
         } catch (const std::runtime_error&) {
             image.problem = "is not there";
         }
