@@ -375,7 +375,9 @@ GltfFile::GltfFile(const fs::path& file) : folder_(file.parent_path()) {
     const json asset = document.contains("asset") ? document["asset"] : json();
     if (const std::string version = asset.is_object() ? text_in(asset, "version") : "";
         !version.starts_with("2."))
-        throw std::runtime_error("is glTF of version '" + version + "'; only version 2 can be read");
+        throw std::runtime_error(version.empty()
+                                     ? "does not say its version of glTF; only version 2 can be read"
+                                     : "is glTF of version '" + version + "'; only version 2 can be read");
     json buffers = taken(document, "buffers");
     for (json& buffer : buffers) {
         const std::uint64_t length = count_in(buffer, "byteLength", 0);
