@@ -366,17 +366,151 @@ TEST_CASE("field: surfaces that shine become lamps of their power, unless they a
                               "usemtl lamp\nf 1 2 3 4\nusemtl floor\nf 5 6 7 8\n")
             .string();
     const demo::Scene scene = demo::import_scene(file);
-    REQUIRE(scene.lights.size() == 1);
+    REQUIRE(scene.lights.size() == 2);  // one to each side
     // On the axis of a small patch: L A / d^2, over pi, since surfaces here reflect all of their colour.
     const float expected = 10.0f * 0.04f / 4.0f / 3.14159265f;
-    CHECK(demo::illuminate(scene.lights[0], {0, 0, 0}).irradiance.g ==
-          doctest::Approx(expected).epsilon(0.01));
+    const glm::vec3 below = demo::illuminate(scene.lights[0], {0, 0, 0}).irradiance +
+                            demo::illuminate(scene.lights[1], {0, 0, 0}).irradiance;
+    const glm::vec3 above = demo::illuminate(scene.lights[0], {0, 4, 0}).irradiance +
+                            demo::illuminate(scene.lights[1], {0, 4, 0}).irradiance;
+    CHECK(below.g == doctest::Approx(expected).epsilon(0.01));
+    CHECK(above.g == doctest::Approx(expected).epsilon(0.01));
     const demo::EmbreeScene embree(scene);
-    CHECK_FALSE(embree.intersector().occluded(
-        demo::shadow_segment(scene.lights[0], {0.5f, 0, 0}, {0, 1, 0}, embree.offset(), embree.far_away())));
+    for (const demo::SceneLight& light : scene.lights) {
+        const auto& pane = std::get<lightmesh::RectLight>(light.shape);
+        CHECK(glm::length(pane.half_u) == doctest::Approx(0.1f));
+        CHECK(glm::length(pane.half_v) == doctest::Approx(0.1f));
+        CHECK_FALSE(embree.intersector().occluded(
+            demo::shadow_segment(light, {0.5f, 0, 0}, {0, 1, 0}, embree.offset(), embree.far_away())));
+    }
     demo::ImportOptions without;
     without.emitters = false;
     CHECK(demo::import_scene(file, without).lights.size() == 6);
+}
+
+TEST_CASE("field: boxes that shine light outwards; large panes are quarters; other forms are points") {
+    const test::TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl lamp\nKe 1 1 1\nnewmtl floor\nKd .8 .8 .8\n");
+    const auto lights_of = [&](const std::string& lamp) {
+        return demo::import_scene(
+                   folder.write("a.obj", "mtllib a.mtl\nv -9 0 9\nv 9 0 9\nv 9 0 -9\nv -9 0 -9\n"
+                                         "usemtl floor\nf 1 2 3 4\nusemtl lamp\n" +
+                                             lamp))
+            .lights;
+    };
+    const auto sum_of = [](const std::vector<demo::SceneLight>& lights) {
+        float sum = 0.0f;
+        for (const demo::SceneLight& light : lights)
+            sum += light.intensity.g;
+        return sum;
+    };
+    const float pi = 3.14159265f;
+    const auto box = lights_of("v 0 1 0\nv .1 1 0\nv .1 1.1 0\nv 0 1.1 0\nv 0 1 .1\nv .1 1 .1\nv .1 1.1 .1\n"
+                               "v 0 1.1 .1\nf 5 6 7 8\nf 6 5 9 10\nf 7 6 10 11\nf 8 7 11 12\nf 5 8 12 9\n"
+                               "f 9 12 11 10\n");
+    REQUIRE(box.size() == 6);
+    CHECK(sum_of(box) == doctest::Approx(6 * 0.01f / pi));
+    for (const demo::SceneLight& light : box) {
+        const auto& pane = std::get<lightmesh::RectLight>(light.shape);
+        CHECK(glm::dot(glm::cross(pane.half_u, pane.half_v), pane.position - glm::vec3(0.05f, 1.05f, 0.05f)) >
+              0.0f);
+    }
+    const auto large = lights_of("v -2 3 -1\nv 2 3 -1\nv 2 3 1\nv -2 3 1\nf 5 6 7 8\n");
+    REQUIRE(large.size() == 8);
+    CHECK(sum_of(large) == doctest::Approx(2 * 8.0f / pi));
+    for (const demo::SceneLight& light : large) {
+        const auto& pane = std::get<lightmesh::RectLight>(light.shape);
+        CHECK(glm::length(glm::cross(pane.half_u, pane.half_v)) == doctest::Approx(0.5f));
+        CHECK(std::abs(pane.position.x) == doctest::Approx(1.0f));
+        CHECK(std::abs(pane.position.z) == doctest::Approx(0.5f));
+    }
+    const auto triangle = lights_of("v 0 3 0\nv .1 3 0\nv 0 3 .1\nf 5 6 7\n");
+    REQUIRE(triangle.size() == 1);
+    CHECK(std::holds_alternative<lightmesh::PointLight>(triangle[0].shape));
+    CHECK(sum_of(triangle) == doctest::Approx(0.005f / pi));
+}
+
+TEST_CASE("field: a pane lights a box alike by all algorithms, with soft edges where its size counts") {
+    // A Cornell box: a pane just below the ceiling, a block on the floor.
+    const test::TemporaryFolder folder;
+    folder.write("c.mtl", "newmtl wall\nKd .75 .75 .75\nnewmtl lamp\nKd 0 0 0\nKe 9 9 9\n");
+    const auto file = folder.write(
+        "c.obj", "mtllib c.mtl\nv 0 0 0\nv 2 0 0\nv 2 0 2\nv 0 0 2\nv 0 2 0\nv 2 2 0\nv 2 2 2\nv 0 2 2\n"
+                 "v .7 1.98 .7\nv 1.3 1.98 .7\nv 1.3 1.98 1.3\nv .7 1.98 1.3\n"
+                 "v .8 .8 .8\nv 1.2 .8 .8\nv 1.2 .8 1.2\nv .8 .8 1.2\nusemtl wall\nf 4 3 2 1\nf 5 6 7 8\n"
+                 "f 1 2 6 5\nf 1 5 8 4\nf 2 3 7 6\nf 13 14 15 16\nusemtl lamp\nf 9 10 11 12\n");
+    demo::SceneOptions options;
+    options.scene = file.string();
+    options.eye = glm::vec3(1, 1, 5.5f);
+    options.target = glm::vec3(1, 1, 0);
+    const demo::Scene scene = demo::open_scene(options);
+    const float linked = mean_green(picture(scene, "linked"));
+    CHECK(linked > 0.1f);
+    CHECK(linked < 0.5f);
+    for (const std::string algorithm : {"whitted", "area", "cache", "shadow-map"}) {
+        CAPTURE(algorithm);
+        CHECK(std::abs(mean_green(picture(scene, algorithm)) - linked) < 0.03f);
+    }
+    // At the edge of what the block hides some of the pane is seen.
+    const demo::Image area = picture(scene, "area", 128, 96);
+    const float dark = seen_at(scene, area, {1, 0, 1.0f}).g;
+    const float edge = seen_at(scene, area, {1, 0, 1.35f}).g;
+    const float open = seen_at(scene, area, {1, 0, 1.8f}).g;
+    CHECK(dark < 0.75f * edge);
+    CHECK(edge < 0.95f * open);
+}
+
+TEST_CASE("field: signs that shine are no lamps to see by") {
+    const test::TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl sign\nKe 1 1 1\nnewmtl floor\nKd .8 .8 .8\n");
+    demo::SceneOptions options;
+    options.scene = folder
+                        .write("a.obj", "mtllib a.mtl\nv -9 0 9\nv 9 0 9\nv 9 0 -9\nv -9 0 -9\n"
+                                        "v 0 1 0\nv .1 1 0\nv .1 1.1 0\nv 0 1.1 0\n"
+                                        "usemtl floor\nf 1 2 3 4\nusemtl sign\nf 5 6 7 8\n")
+                        .string();
+    const demo::Scene scene = demo::open_scene(options);
+    CHECK(has_remark(scene, "too little light to see by"));
+    CHECK(scene.lights.size() == 8);
+    CHECK(scene.exposure < 8.0f);
+}
+
+TEST_CASE("field: a building without camera and lights is seen from inside, and lit there") {
+    // Two closed rooms with a door between them.
+    const test::TemporaryFolder folder;
+    std::string obj;
+    int corners = 0;
+    const auto quad = [&](glm::vec3 a, glm::vec3 b, glm::vec3 c, glm::vec3 d) {
+        for (const glm::vec3& p : {a, b, c, d})
+            obj += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
+        obj += "f " + std::to_string(corners + 1) + " " + std::to_string(corners + 2) + " " +
+               std::to_string(corners + 3) + " " + std::to_string(corners + 4) + "\n";
+        corners += 4;
+    };
+    quad({0, 0, 0}, {0, 0, 4}, {10, 0, 4}, {10, 0, 0});
+    quad({0, 3, 0}, {10, 3, 0}, {10, 3, 4}, {0, 3, 4});
+    quad({0, 0, 0}, {10, 0, 0}, {10, 3, 0}, {0, 3, 0});
+    quad({0, 0, 4}, {0, 3, 4}, {10, 3, 4}, {10, 0, 4});
+    quad({0, 0, 0}, {0, 3, 0}, {0, 3, 4}, {0, 0, 4});
+    quad({10, 0, 0}, {10, 0, 4}, {10, 3, 4}, {10, 3, 0});
+    quad({5, 0, 0}, {5, 0, 2.5f}, {5, 3, 2.5f}, {5, 3, 0});
+    demo::SceneOptions options;
+    options.scene = folder.write("house.obj", obj).string();
+    const demo::Scene scene = demo::open_scene(options);
+    CHECK(has_remark(scene, "no camera, but rooms: seen from inside"));
+    CHECK(has_remark(scene, "4 point lights added where the camera looks"));
+    for (int axis = 0; axis < 3; ++axis) {
+        CHECK(scene.camera.eye[axis] > 0.0f);
+        CHECK(scene.camera.eye[axis] < glm::vec3(10, 3, 4)[axis]);
+    }
+    for (const demo::SceneLight& light : scene.lights) {
+        const glm::vec3 place = std::get<lightmesh::PointLight>(light.shape).position;
+        CHECK(place.y > 1.0f);
+        CHECK(place.y < 3.0f);
+    }
+    const float mean = mean_green(picture(scene, "whitted"));
+    CHECK(mean > 0.1f);
+    CHECK(mean < 0.6f);
 }
 
 TEST_CASE("field: a lamp in a closed box is named") {

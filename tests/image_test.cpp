@@ -1,13 +1,26 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/image/image.hpp"
+#include "../examples/image/part_file.hpp"
+#include "../examples/image/texture.hpp"
+#include "../examples/render/files.hpp"
+#include "../examples/render/terminal.hpp"
 #include "temporary_folder.hpp"
 
 #include <doctest/doctest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <limits>
+#include <span>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -124,6 +137,64 @@ TEST_CASE("an older picture is replaced") {
     demo::write_png(demo::Image{2, 2, glm::vec3{1.0f}}, folder / "a.png");
     demo::write_png(demo::Image{3, 3, glm::vec3{0.0f}}, folder / "a.png");
     CHECK(demo::read_png(folder / "a.png").width == 3);
+    CHECK(folder.file_count() == 1);
+}
+
+TEST_CASE("a filmic picture keeps mid grey and tells highlights apart") {
+    demo::Image image{5, 1};
+    const float values[] = {0.18f, 1.0f, 4.0f, 12.0f, 1e30f};
+    for (int x = 0; x < 5; ++x)
+        image.at(x, 0) = glm::vec3{values[x]};
+    CHECK(demo::toned(image, demo::Tone::linear).pixels == image.pixels);
+    const demo::Image filmic = demo::toned(image, demo::Tone::filmic);
+    CHECK(filmic.at(0, 0).g == doctest::Approx(0.18f).epsilon(0.15));
+    CHECK(filmic.at(1, 0).g == doctest::Approx(0.67f).epsilon(0.01));
+    for (int x = 1; x < 4; ++x)
+        CHECK(filmic.at(x, 0).g > filmic.at(x - 1, 0).g + 0.02f);
+    CHECK(filmic.at(3, 0).g < 1.0f);
+    CHECK(filmic.at(4, 0).g == 1.0f);
+    image.at(0, 0) = glm::vec3{std::numeric_limits<float>::quiet_NaN()};
+    CHECK(demo::toned(image, demo::Tone::filmic).at(0, 0) == glm::vec3{0.0f});
+}
+
+TEST_CASE("a JPEG without the tables that it needs is the same each time") {
+    const auto decoded = [] {
+        const std::string file =
+            demo::read_file(std::filesystem::path(LIGHTMESH_FIELD) / "hostile/no-tables.jpg");
+        try {
+            return demo::decode_texture(
+                       std::span(reinterpret_cast<const std::uint8_t*>(file.data()), file.size()))
+                .rgba;
+        } catch (const std::runtime_error&) {
+            return std::vector<std::uint8_t>();
+        }
+    };
+    const std::vector<std::uint8_t> first = decoded();
+    for (int fill = 1; fill < 256; fill += 50) {
+        // What the decoder finds in memory that it takes.
+        for (const std::size_t size : {18000, 20000, 64})
+            CHECK(std::vector<char>(size, static_cast<char>(fill)).back() == static_cast<char>(fill));
+        CHECK(decoded() == first);
+    }
+}
+
+TEST_CASE("a second Ctrl-C leaves no unfinished file") {
+    const test::TemporaryFolder folder;
+    const auto target = folder.write("a.png", "older");
+    const pid_t child = fork();
+    if (child == 0) {
+        static_cast<void>(demo::interrupted());
+        const demo::PartFile part(target);
+        std::ofstream{part.path()} << "half of it";
+        std::raise(SIGINT);
+        const bool goes_on = demo::interrupted();
+        std::raise(goes_on ? SIGTERM : SIGKILL);
+        _exit(0);
+    }
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    CHECK(WIFSIGNALED(status));
+    CHECK(WTERMSIG(status) == SIGTERM);
     CHECK(folder.file_count() == 1);
 }
 

@@ -221,6 +221,138 @@ TEST_CASE("PLY: vertex colours are the colours of the surface") {
     check_near(demo::surface_at(scene, 0, 0.3f, 0.3f).diffuse, {1, 0, 0});
 }
 
+TEST_CASE("PLY: coordinates far from the origin keep their detail") {
+    const test::TemporaryFolder folder;
+    std::string text =
+        ply("500000.125 0 5400000.5\n500000.25 0 5400000.5\n500000.125 0.125 5400000.5\n", 3, "3 0 1 2\n", 1);
+    for (std::size_t at = text.find("float"); at != std::string::npos; at = text.find("float"))
+        text.replace(at, 5, "double");
+    const demo::Scene scene = demo::import_scene(folder.write("a.ply", text));
+    CHECK(has_remark(scene, "far from the origin"));
+    CHECK(scene.origin.x + static_cast<double>(scene.positions[0].x) == 500000.125);
+    check_near(scene.positions[1] - scene.positions[0], {0.125f, 0, 0});
+    check_near(scene.positions[2] - scene.positions[0], {0, 0.125f, 0});
+}
+
+TEST_CASE("PLY: both orders of bytes, all types of numbers, and properties of no use") {
+    const auto number = [](auto value, bool is_big) {
+        std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+        if (is_big)
+            std::reverse(bytes.begin(), bytes.end());
+        return bytes;
+    };
+    for (const bool is_big : {false, true}) {
+        CAPTURE(is_big);
+        std::string file = std::string("ply\r\nformat binary_") + (is_big ? "big" : "little") +
+                           "_endian 1.0\r\nelement vertex 3\r\nproperty int x\r\nproperty double y\r\n"
+                           "property list uchar short weights\r\nproperty float z\r\nproperty ushort red\r\n"
+                           "property ushort green\r\nproperty ushort blue\r\nelement face 1\r\n"
+                           "property uchar flags\r\nproperty list ushort uint vertex_index\r\nend_header\n";
+        for (std::int32_t i = 0; i < 3; ++i)
+            file += number(i * 3, is_big) + number(0.5 * i * i, is_big) + number(std::uint8_t{2}, is_big) +
+                    number(std::int16_t{-7}, is_big) + number(std::int16_t{9}, is_big) +
+                    number(-1.5f, is_big) + number(std::uint16_t{65535}, is_big) +
+                    number(std::uint16_t{0}, is_big) + number(std::uint16_t{0}, is_big);
+        file += number(std::uint8_t{1}, is_big) + number(std::uint16_t{3}, is_big);
+        for (std::uint32_t i = 0; i < 3; ++i)
+            file += number(i, is_big);
+        const test::TemporaryFolder folder;
+        const demo::Scene scene = demo::import_scene(folder.write("a.ply", file));
+        REQUIRE(scene.triangles.size() == 1);
+        check_near(scene.positions[2], {6, 2, -1.5f});
+        check_near(demo::surface_at(scene, 0, 0.3f, 0.3f).diffuse, {1, 0, 0});
+        CHECK(problem_of("a.ply", file.substr(0, file.size() - 5)).find("cut off") != std::string::npos);
+    }
+}
+
+TEST_CASE("PLY: polygons with notches, and strips") {
+    const test::TemporaryFolder folder;
+    const auto area_of = [](const demo::Scene& scene) {
+        float sum = 0.0f;
+        for (const demo::Triangle& t : scene.triangles) {
+            const glm::vec3 a = scene.positions[t.vertex[0]];
+            const glm::vec3 twice =
+                glm::cross(scene.positions[t.vertex[1]] - a, scene.positions[t.vertex[2]] - a);
+            CHECK(twice.z > 0.0f);
+            sum += 0.5f * glm::length(twice);
+        }
+        return sum;
+    };
+    // An arrow head, and an L that begins at its notch.
+    const demo::Scene arrow =
+        demo::import_scene(folder.write("a.ply", ply("0 0 0\n2 -2 0\n1 0 0\n2 2 0\n", 4, "4 0 1 2 3\n", 1)));
+    CHECK(area_of(arrow) == doctest::Approx(2.0f));
+    const demo::Scene corner = demo::import_scene(
+        folder.write("b.ply", ply("1 1 0\n1 3 0\n0 3 0\n0 0 0\n3 0 0\n3 1 0\n", 6, "6 0 1 2 3 4 5\n", 1)));
+    CHECK(corner.triangles.size() == 4);
+    CHECK(area_of(corner) == doctest::Approx(5.0f));
+
+    std::string strips =
+        ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n5 0 0\n6 0 0\n5 1 0\n", 7, "8 0 1 2 3 -1 4 5 6\n", 1);
+    strips.replace(strips.find("element face"), 12, "element tristrips");
+    const demo::Scene stripped = demo::import_scene(folder.write("c.ply", strips));
+    CHECK(stripped.triangles.size() == 3);
+    CHECK(area_of(stripped) == doctest::Approx(1.5f));
+}
+
+TEST_CASE("PLY: normals are smooth over flat folds, and split on sharp ones") {
+    const test::TemporaryFolder folder;
+    const auto fold = [&](const std::string& height) {
+        return demo::import_scene(
+            folder.write("a.ply", ply("0 0 0\n0 1 0\n1 0 0\n1 1 0\n2 0 " + height + "\n2 1 " + height + "\n",
+                                      6, "4 0 2 3 1\n4 2 4 5 3\n", 2)));
+    };
+    const demo::Scene flat = fold("0.3");
+    CHECK(flat.positions.size() == 6);
+    check_near(flat.normals[2], glm::normalize(glm::vec3(0, 0, 1) + glm::normalize(glm::vec3(-0.3f, 0, 1))));
+    const demo::Scene sharp = fold("2");
+    CHECK(sharp.positions.size() == 8);
+    for (const demo::Triangle& t : sharp.triangles) {
+        const bool is_flat = sharp.positions[t.vertex[0]].z + sharp.positions[t.vertex[1]].z +
+                                 sharp.positions[t.vertex[2]].z ==
+                             0.0f;
+        for (const std::uint32_t vertex : t.vertex)
+            check_near(sharp.normals[vertex],
+                       is_flat ? glm::vec3(0, 0, 1) : glm::normalize(glm::vec3(-2, 0, 1)));
+    }
+}
+
+TEST_CASE("OBJ: map_d leaves holes, Tf tints, and UTF-16 is refused by name") {
+    const test::TemporaryFolder folder;
+    std::string tga(18, '\0');  // two texels: white and black
+    tga[2] = 2;
+    tga[12] = 2;
+    tga[14] = 1;
+    tga[16] = 24;
+    tga += std::string("\xff\xff\xff\x00\x00\x00", 6);
+    folder.write("holes.tga", tga);
+    folder.write("a.mtl", "newmtl leaf\nKd .2 .8 .2\nmap_d holes.tga\nnewmtl glass\nd 0.5\nTf 1 0.5 0.25\n");
+    const demo::Scene scene =
+        demo::import_scene(folder.write("a.obj", "mtllib a.mtl\n" + square +
+                                                     "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+                                                     "usemtl leaf\nf 1/1 2/2 3/3\nusemtl glass\nf 1 3 4\n"));
+    CHECK_FALSE(demo::is_hole(scene, 0, 0.1f, 0.0f));
+    CHECK(demo::share_let_through(scene, 0, 0.1f, 0.0f) == 0.0f);
+    CHECK(demo::is_hole(scene, 0, 0.9f, 0.0f));
+    CHECK(demo::share_let_through(scene, 0, 0.9f, 0.0f) == 1.0f);
+    check_near(demo::surface_at(scene, 1, 0.3f, 0.3f).k_t, {0.5f, 0.25f, 0.125f});
+    CHECK(problem_of("b.obj", std::string("\xff\xfev\0 \0", 6)).find("UTF-16") != std::string::npos);
+}
+
+TEST_CASE("OBJ and PLY: what is up, if it is not y") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.write("a.obj", square + "f 1 2 3 4\n");
+    demo::ImportOptions options;
+    CHECK(demo::import_scene(file, options).camera.up == glm::vec3(0, 1, 0));
+    options.z_is_up = true;
+    const demo::Scene scene = demo::import_scene(file, options);
+    CHECK(scene.camera.up == glm::vec3(0, 0, 1));
+    CHECK(has_remark(scene, "with +z up"));
+    CHECK(scene.camera.eye.y < 0.0f);  // from the front, which is -y
+    for (const demo::SceneLight& light : scene.lights)
+        CHECK(std::get<lightmesh::PointLight>(light.shape).position.z > 0.0f);
+}
+
 TEST_CASE("import errors name the file and what is wrong with it") {
     CHECK_THROWS_WITH_AS(demo::import_scene("none.obj"),
                          "none.obj: no such file, and no built-in scene of that name", std::runtime_error);
@@ -242,7 +374,7 @@ TEST_CASE("vertices that are not finite are named") {
     CHECK(problem_of("a.obj", "v 0 0 0\nv 0 0 inf\nv 1 1 0\nf 1 2 3\n").find("not finite") !=
           std::string::npos);
     const std::string problem = problem_of("a.ply", ply("0 0 0\n1 0 0\n1 nan 0\n", 3, "3 0 1 2\n", 1));
-    CHECK(problem.find("vertex 2 of mesh 0") == 0);
+    CHECK(problem.find("vertex 2 is not finite") == 0);
 }
 
 TEST_CASE("faces of vertices that are not there are an error") {
@@ -251,7 +383,7 @@ TEST_CASE("faces of vertices that are not there are an error") {
     CHECK(problem_of("a.glb", glb_with_lights(9)) ==
           "mesh 0 '' at node 2 'Square': a face refers to vertex 9, but there are only 4");
     CHECK(problem_of("a.ply", ply("0 0 0\n1 0 0\n1 1 0\n", 3, "3 0 1 7\n", 1)) ==
-          "face 0 of mesh 0 '' refers to vertex 7, but there are only 3");
+          "face 0 refers to vertex 7, but there are only 3");
 }
 
 TEST_CASE("a file that is cut off is an error") {

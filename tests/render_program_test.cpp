@@ -157,6 +157,9 @@ TEST_CASE("lightmesh-render: bad input gets one line, and leaves nothing behind"
     check_refused("picture spheres --short-test maybe", "short-test");
     check_refused("picture spheres --algorithm radiosity", "radiosity");
     check_refused("picture spheres --no-such-option", "no-such-option");
+    check_refused("picture spheres --time nan", "nan");
+    check_refused("picture spheres --time -1", "-1");
+    check_refused("picture spheres --tone bright", "bright");
     check_refused("picture spheres" + tiny + "-o picture.bmp", "picture.bmp");
     check_refused("picture spheres" + tiny + "-o " + file + "/p.png", file);
     check_refused("compare spheres" + tiny + "-o " + file + "/out", file);
@@ -198,7 +201,7 @@ TEST_CASE("lightmesh-render picture: a mesh that does not fit gets one line and 
     const Finished saved = render(folder, "picture spheres" + tiny + "--save-mesh " + mesh + " -o " +
                                               (folder / "p.png").string());
     REQUIRE_MESSAGE(saved.status == 0, saved.errors);
-    CHECK_FALSE(std::filesystem::exists(mesh + ".part"));
+    CHECK_FALSE(folder.has_part_files());
     std::string bytes = demo::read_file(mesh);
     const std::string cut = folder.write("cut.mesh", bytes.substr(0, bytes.size() / 2)).string();
     bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);

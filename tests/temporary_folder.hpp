@@ -43,6 +43,14 @@ public:
         return count;
     }
 
+    /// Whether a file, here or in a folder below, was left half written.
+    bool has_part_files() const {
+        for (const auto& entry : std::filesystem::recursive_directory_iterator{path_})
+            if (entry.path().filename().string().find(".part") != std::string::npos)
+                return true;
+        return false;
+    }
+
 private:
     std::filesystem::path path_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "image.hpp"
 
+#include "part_file.hpp"
+
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -15,7 +17,6 @@
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb/stb_image_write.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -33,17 +34,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The name to write to before the rename; in the target's own folder, since a rename only works within a
-/// file system.
-fs::path temporary_beside(const fs::path& path) {
-    fs::path name = path.filename();
-    name += ".part" + std::to_string(::getpid());
-    return path.parent_path() / name;
-}
-
 /// Calls `write` with a temporary path and renames the result to `path`; leaves nothing behind if that fails.
 void write_whole(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-    const fs::path part = temporary_beside(path);
     try {
         if (path.has_parent_path() && !fs::is_directory(path.parent_path())) {
             throw std::runtime_error("there is no folder " + path.parent_path().string());
@@ -51,11 +43,10 @@ void write_whole(const fs::path& path, const std::function<void(const fs::path&)
         if (fs::is_directory(path)) {
             throw std::runtime_error("it is a folder");
         }
-        write(part);
-        fs::rename(part, path);
+        PartFile part(path);
+        write(part.path());
+        part.finish();
     } catch (const std::exception& error) {
-        std::error_code ignored;
-        fs::remove(part, ignored);
         throw std::runtime_error("cannot write " + path.string() + ": " + error.what());
     }
 }
@@ -154,6 +145,18 @@ float to_srgb(float linear) {
 float from_srgb(float encoded) {
     const float value = encoded > 0.0f ? (std::min)(encoded, 1.0f) : 0.0f;
     return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+
+Image toned(Image image, Tone tone) {
+    if (tone == Tone::linear)
+        return image;
+    for (glm::vec3& pixel : image.pixels)
+        for (int channel = 0; channel < 3; ++channel) {
+            // Beyond that the curve is flat; NaN is black, as in `to_srgb`.
+            const float x = 0.6f * (pixel[channel] > 0.0f ? (std::min)(pixel[channel], 1e4f) : 0.0f);
+            pixel[channel] = (std::min)(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 1.0f);
+        }
+    return image;
 }
 
 void write_png(const Image& image, const fs::path& path) {

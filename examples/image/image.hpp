@@ -48,6 +48,15 @@ Image read_exr(const std::filesystem::path& path);
 /// By the file's extension, .png or .exr; any other is an error.
 void write_image(const Image& image, const std::filesystem::path& path);
 
+/// The curve that makes a picture's values ready for a screen.
+enum class Tone {
+    linear,  ///< as they are; what is above 1 is white
+    filmic   ///< keeps mid grey, turns 1 into 0.67, and keeps highlights apart up to 13
+};
+
+/// The picture by a curve, channel by channel. Filmic: Narkowicz, "ACES Filmic Tone Mapping Curve", 2015.
+Image toned(Image image, Tone tone);
+
 /// Mean over all channels of |a - b|, linear values. The images must have one size (std::invalid_argument).
 double mean_absolute_difference(const Image& a, const Image& b);
 /// Root of the mean over all channels of (a - b)^2, linear values.

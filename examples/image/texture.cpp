@@ -3,6 +3,12 @@
 
 #include "image.hpp"
 
+#include <cstdlib>
+
+// Damaged pictures make the decoder read tables that they do not have: these are zeros, not what lay there.
+#define STBI_MALLOC(size) std::calloc(1, size)
+#define STBI_REALLOC(block, size) std::realloc(block, size)
+#define STBI_FREE(block) std::free(block)
 #define STBI_NO_STDIO
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION
@@ -76,20 +82,28 @@ glm::vec4 Texture::sample(glm::vec2 place, Wrap wrap_u, Wrap wrap_v) const {
     return above * (1.0f - share_y) + below * share_y;
 }
 
-Texture decode_texture(std::span<const std::uint8_t> encoded) {
+PictureSize picture_size(std::span<const std::uint8_t> encoded) {
     if (encoded.size() > static_cast<std::size_t>(INT_MAX))
         throw std::runtime_error("has more than 2 GB");
-    const auto size = static_cast<int>(encoded.size());
-    Texture texture;
+    PictureSize found;
     int channels = 0;
-    if (stbi_info_from_memory(encoded.data(), size, &texture.width, &texture.height, &channels) == 0) {
+    if (stbi_info_from_memory(encoded.data(), static_cast<int>(encoded.size()), &found.width, &found.height,
+                              &channels) == 0) {
         const std::string format = picture_format(encoded);
         throw std::runtime_error(format.empty() ? "is in no format that can be read"
                                                 : "is " + format + ", which cannot be read");
     }
-    if (std::int64_t{texture.width} * texture.height > most_pixels)
-        throw std::runtime_error("has " + std::to_string(texture.width) + " x " +
-                                 std::to_string(texture.height) + " pixels, more than 2^26");
+    if (std::int64_t{found.width} * found.height > most_pixels)
+        throw std::runtime_error("has " + std::to_string(found.width) + " x " + std::to_string(found.height) +
+                                 " pixels, more than 2^26");
+    return found;
+}
+
+Texture decode_texture(std::span<const std::uint8_t> encoded) {
+    static_cast<void>(picture_size(encoded));  // fits, or throws
+    const auto size = static_cast<int>(encoded.size());
+    Texture texture;
+    int channels = 0;
     const std::unique_ptr<stbi_uc, void (*)(void*)> bytes{
         stbi_load_from_memory(encoded.data(), size, &texture.width, &texture.height, &channels, 4),
         stbi_image_free};

@@ -29,6 +29,14 @@ private:
     glm::vec4 texel(int column, int row) const;
 };
 
+struct PictureSize {
+    int width = 0;
+    int height = 0;
+};
+
+/// The size of a picture before it is decoded. Throws as `decode_texture`.
+PictureSize picture_size(std::span<const std::uint8_t> encoded);
+
 /// Decodes PNG, JPEG, BMP, TGA or what else the decoder knows. Throws std::runtime_error that says what is
 /// wrong; pictures of more than 2^26 pixels are refused before they take memory.
 Texture decode_texture(std::span<const std::uint8_t> encoded);

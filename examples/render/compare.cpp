@@ -68,13 +68,15 @@ void write_comparison(const std::vector<Run>& runs, const Run& reference, const 
     std::vector<CaptionedImage> pictures;
     std::vector<CaptionedImage> differences;
     for (const Run& made : runs) {
-        write_png(made.image, folder / (made.algorithm + ".png"));
+        const Image picture = toned(made.image, options.render.tone);
+        write_png(picture, folder / (made.algorithm + ".png"));
         if (options.exr)
             write_exr(made.image, folder / (made.algorithm + ".exr"));
-        pictures.push_back({made.image, caption_of(made, reference)});
+        pictures.push_back({picture, caption_of(made, reference)});
         if (&made == &reference)
             continue;
-        Image difference = difference_picture(made.image, reference.image, options.amplification);
+        Image difference =
+            difference_picture(picture, toned(reference.image, options.render.tone), options.amplification);
         write_png(difference, folder / (made.algorithm + "-difference.png"));
         differences.push_back(
             {std::move(difference), made.algorithm + " - " + reference.algorithm + ", times " +
@@ -96,7 +98,8 @@ int compare(const CompareOptions& options) {
         if (!runs.back().statistics.finished) {
             for (const Run& made : runs)
                 if (made.statistics.finished)
-                    write_png(made.image, std::filesystem::path(options.output) / (made.algorithm + ".png"));
+                    write_png(toned(made.image, options.render.tone),
+                              std::filesystem::path(options.output) / (made.algorithm + ".png"));
             std::cerr << "interrupted: the " << runs.size() - 1 << " pictures that were finished are in "
                       << options.output << '\n';
             return exit_interrupted;
@@ -130,6 +133,7 @@ void add_compare_command(CLI::App& program, int& status) {
         ->capture_default_str();
     command->add_flag("--exr", options->exr, "also write the linear values as EXR files");
     add_render_options(*command, *options);
+    add_tone_option(*command, *options);
     command->callback([options, &status] { status = compare(*options); });
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "render/files.hpp"
 
+#include "image/part_file.hpp"
+
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-#include <system_error>
 
 namespace demo {
 
@@ -18,17 +19,15 @@ std::string read_file(const std::filesystem::path& file) {
 }
 
 void write_file(const std::filesystem::path& file, const std::string& content) {
-    std::filesystem::path beside = file;
-    beside += ".part";
-    std::ofstream stream(beside, std::ios::binary);
+    PartFile part(file);
+    std::ofstream stream(part.path(), std::ios::binary);
     stream << content;
     stream.close();
-    std::error_code error;
-    if (stream)
-        std::filesystem::rename(beside, file, error);
-    if (!stream || error) {
-        std::error_code ignored;
-        std::filesystem::remove(beside, ignored);
+    if (!stream)
+        throw std::runtime_error("cannot write " + file.string());
+    try {
+        part.finish();
+    } catch (const std::filesystem::filesystem_error&) {
         throw std::runtime_error("cannot write " + file.string());
     }
 }

@@ -33,6 +33,10 @@ Json light_info(const SceneLight& light) {
         info["kind"] = "spot";
         info["position"] = list_of(spot->position);
         info["cone"] = spot->cone;
+    } else if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape)) {
+        info["kind"] = "rectangle";
+        info["position"] = list_of(pane->position);
+        info["half sides"] = Json::array({list_of(pane->half_u), list_of(pane->half_v)});
     } else {
         info["kind"] = light.facing == glm::vec3(0.0f) ? "point" : "patch of a surface";
         info["position"] = list_of(std::get<lightmesh::PointLight>(light.shape).position);

@@ -313,6 +313,23 @@ double factor_for(const Brightness& seen) {
     return (std::min)(0.98 / (std::max)(seen.high, 1e-300), good / seen.mean);
 }
 
+bool is_patch(const SceneLight& light) {
+    return light.facing != glm::vec3(0.0f) || std::holds_alternative<lightmesh::RectLight>(light.shape);
+}
+
+/// Signs and dials shine, but light no room: lights are added to them.
+double factor_with_lights(const EmbreeScene& embree, const std::vector<std::optional<Hit>>& hits,
+                          Scene& scene) {
+    constexpr double too_dark = 32.0;
+    const double factor = factor_for(brightness_of(embree, hits, scene));
+    if (factor < too_dark || !std::ranges::all_of(scene.lights, is_patch))
+        return factor;
+    add_light_rig(scene);
+    scene.remarks.emplace_back(
+        "the surfaces that shine give too little light to see by: 6 point lights added around and above");
+    return factor_for(brightness_of(embree, hits, scene));
+}
+
 void set_exposure(double factor, Scene& scene) {
     const double kept = std::clamp(factor, 1e-30, 1e30);
     scene.exposure = static_cast<float>(kept);
@@ -345,7 +362,7 @@ Scene open_scene(const SceneOptions& options) {
     if (options.exposure) {
         set_exposure(std::exp2(static_cast<double>(*options.exposure)), scene);
     } else {
-        const double factor = factor_for(brightness_of(embree, hits, scene));
+        const double factor = factor_with_lights(embree, hits, scene);
         set_exposure(factor, scene);
         if (factor != 1.0)
             scene.remarks.push_back("the exposure is set by what the camera sees: --exposure " +

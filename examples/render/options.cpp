@@ -78,6 +78,17 @@ void add_render_options(CLI::App& command, CommonOptions& options) {
     command.add_option("--device", visibility.device, "of Vulkan: its number or a part of its name");
 }
 
+void add_tone_option(CLI::App& command, CommonOptions& options) {
+    command
+        .add_option_function<std::string>(
+            "--tone",
+            [&options](const std::string& name) {
+                options.render.tone = name == "filmic" ? Tone::filmic : Tone::linear;
+            },
+            "curve of PNG files: linear (default), white at 1, or filmic, which keeps what is brighter apart")
+        ->check(CLI::IsMember({"linear", "filmic"}));
+}
+
 CLI::Validator finite_range(float low, float high) {
     const auto check = [low, high](const std::string& text) {
         float value = 0.0f;
@@ -96,6 +107,13 @@ void add_file_options(CLI::App& command, SceneOptions& options) {
     command.add_option("--lights", options.lights, "spread so many point lights over the scene, for its own")
         ->check(CLI::Range(1, 1000000));
     command.add_option("--camera", options.import.camera, "of the file: its name, or its number from 0");
+    command
+        .add_option_function<double>(
+            "--time", [&options](double seconds) { options.import.time = seconds; },
+            "of an animation of glTF, in seconds: nodes, skins and morph targets; default: the file's pose")
+        ->check(finite_range(0.0f, 1e9f));
+    command.add_option("--animation", options.import.animation,
+                       "the one of --time: its name, or its number from 0; default: the first one");
     const auto add_place = [&command](const char* name, std::optional<glm::vec3>& value, const char* what) {
         command.add_option_function<std::string>(
             name, [&value, name](const std::string& text) { value = vector_of(name, text); }, what);

@@ -36,6 +36,8 @@ struct CommonOptions : SceneOptions {
 
 /// The options about pictures and machines.
 void add_render_options(CLI::App& command, CommonOptions& options);
+/// The curve of PNG files.
+void add_tone_option(CLI::App& command, CommonOptions& options);
 /// The options about the scene itself: file, view, lights, exposure.
 void add_file_options(CLI::App& command, SceneOptions& options);
 /// The options about scenes and algorithms.

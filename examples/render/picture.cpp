@@ -54,7 +54,7 @@ int make_picture(const PictureOptions& options) {
         std::cerr << "interrupted: " << output.string() << " stays as it was\n";
         return exit_interrupted;
     }
-    write_image(made.image, output);
+    write_image(output.extension() == ".png" ? toned(made.image, options.render.tone) : made.image, output);
     std::cout << report(made, embree) << "picture: " << output.string() << '\n';
     if (!options.saved_mesh.empty())
         std::cout << "mesh: " << options.saved_mesh << '\n';
@@ -83,6 +83,7 @@ void add_picture_command(CLI::App& program, int& status) {
     command->add_option("--save-mesh", options->saved_mesh,
                         "write the light mesh to a file (lmm, linked, express)");
     add_render_options(*command, *options);
+    add_tone_option(*command, *options);
     command->callback([options, &status] { status = make_picture(*options); });
 }
 

@@ -71,7 +71,8 @@ public:
                 const lightmesh::Segment middle = shadow_segment(
                     lights[l], points.positions[i], points.normals[i], scene_.offset(), scene_.far_away());
                 const auto seed = points.seeds[i] ^ (static_cast<std::uint32_t>(l) * 0x9e3779b9u);
-                add_rays(batch, middle, size_at_target(lights[l]), seed, lit[i * lights.size() + l]);
+                add_rays(batch, middle, lights[l], size_at_target(lights[l]), seed,
+                         lit[i * lights.size() + l]);
             }
         }
         batch.flush();
@@ -81,8 +82,8 @@ public:
 
 protected:
     /// Rays for one point and light; the shares that they add to `value` make 1.
-    virtual void add_rays(Batch& batch, const lightmesh::Segment& middle, float size, std::uint32_t seed,
-                          float& value) const = 0;
+    virtual void add_rays(Batch& batch, const lightmesh::Segment& middle, const SceneLight& light, float size,
+                          std::uint32_t seed, float& value) const = 0;
 
 private:
     /// Radius of the light where the segment ends. A directional light is as wide as a lamp at half of the
@@ -102,13 +103,14 @@ public:
     explicit HardShadows(const EmbreeScene& scene) : RayVisibility(scene, 0.0f) {}
 
 protected:
-    void add_rays(Batch& batch, const lightmesh::Segment& middle, float, std::uint32_t,
+    void add_rays(Batch& batch, const lightmesh::Segment& middle, const SceneLight&, float, std::uint32_t,
                   float& value) const override {
         batch.add(middle, value, 1.0f);
     }
 };
 
-/// Lights as spheres: the disc of the sphere that faces the point, in strata of equal area.
+/// Lights as spheres: the disc of the sphere that faces the point, in strata of equal area. Rectangles have
+/// their own size.
 class AreaShadows final : public RayVisibility {
 public:
     AreaShadows(const EmbreeScene& scene, int samples, float size)
@@ -116,8 +118,12 @@ public:
           rings_(static_cast<int>(std::sqrt(static_cast<float>(samples)))) {}
 
 protected:
-    void add_rays(Batch& batch, const lightmesh::Segment& middle, float size, std::uint32_t seed,
-                  float& value) const override {
+    void add_rays(Batch& batch, const lightmesh::Segment& middle, const SceneLight& light, float size,
+                  std::uint32_t seed, float& value) const override {
+        if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape)) {
+            add_rays_to_pane(batch, middle, *pane, seed, value);
+            return;
+        }
         const float distance = glm::length(middle.target - middle.origin);
         const glm::vec3 axis = (middle.target - middle.origin) / distance;
         // A fixture does not hide its own lamp: see `lightmesh::VisibilityCache`.
@@ -143,6 +149,22 @@ protected:
     }
 
 private:
+    /// As for discs, in rows of equal area. The rays end as far short of the pane as that to its middle.
+    void add_rays_to_pane(Batch& batch, const lightmesh::Segment& middle, const lightmesh::RectLight& pane,
+                          std::uint32_t seed, float& value) const {
+        Random random(seed);
+        for (int s = 0; s < samples_; ++s) {
+            const int row = s * rings_ / samples_;
+            const int first = (row * samples_ + rings_ - 1) / rings_;
+            const int count = ((row + 1) * samples_ + rings_ - 1) / rings_ - first;
+            const float v = (static_cast<float>(first) + static_cast<float>(count) * random.uniform()) /
+                            static_cast<float>(samples_);
+            const float u = (static_cast<float>(s - first) + random.uniform()) / static_cast<float>(count);
+            const glm::vec3 aside = (2.0f * u - 1.0f) * pane.half_u + (2.0f * v - 1.0f) * pane.half_v;
+            batch.add({middle.origin, middle.target + aside}, value, 1.0f / static_cast<float>(samples_));
+        }
+    }
+
     int samples_;
     int rings_;
 };

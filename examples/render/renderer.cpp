@@ -136,13 +136,14 @@ private:
         const Surface surface = surface_at(model(), material, hit.triangle, hit.u, hit.v);
         const glm::vec3 way = scene_.offset() * hit.geometric_normal;
         const glm::vec3 mirrored = glm::reflect(ray.direction, hit.shading_normal);
-        follow_on(ray, hit.position + way, mirrored, surface.k_s);
+        follow_on(ray, hit.position + way, mirrored, glm::vec3(surface.k_s));
         const glm::vec3 through = refracted(hit, ray.direction, material.refraction_index);
         const bool enters = glm::dot(through, hit.geometric_normal) < 0.0f;
         follow_on(ray, hit.position + (enters ? -way : way), through, surface.k_t);
     }
 
-    void follow_on(const PathRay& ray, const glm::vec3& origin, const glm::vec3& direction, float share) {
+    void follow_on(const PathRay& ray, const glm::vec3& origin, const glm::vec3& direction,
+                   const glm::vec3& share) {
         const glm::vec3 weight = share * ray.weight;
         if ((std::max)({weight.x, weight.y, weight.z}) * static_cast<float>(options_.samples) < least_weight)
             return;

@@ -14,9 +14,10 @@ namespace demo {
 struct RenderOptions {
     int width = 960;
     int height = 720;
-    int samples = 1;      ///< per pixel, stratified, in [1, 1024]; 1: through its middle
-    int depth_limit = 5;  ///< mirrored and refracted rays after each other, in [0, 100]
-    int threads = 0;      ///< 0: all cores
+    int samples = 1;           ///< per pixel, stratified, in [1, 1024]; 1: through its middle
+    int depth_limit = 5;       ///< mirrored and refracted rays after each other, in [0, 100]
+    int threads = 0;           ///< 0: all cores
+    Tone tone = Tone::linear;  ///< for who writes the picture: `render` gives linear values
 };
 
 struct RenderStatistics {

@@ -93,6 +93,7 @@ std::uint64_t shadow_fingerprint(const Scene& scene) {
         sum.add(std::span(coordinates));
     for (const Material& material : scene.materials) {
         sum.add(material.k_t);
+        sum.add(material.tint);
         sum.add(material.opacity);
         sum.add(material.alpha_mode);
         sum.add(material.alpha_cutoff);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "render/terminal.hpp"
 
+#include "image/part_file.hpp"
+
 #include <unistd.h>
 
 #include <csignal>
@@ -15,9 +17,13 @@ constexpr int bar_width = 40;
 
 std::atomic<bool> was_interrupted{false};
 
+/// The first signal asks the program to end, the second one ends it.
 void note_interrupt(int signal) {
-    was_interrupted.store(true, std::memory_order_relaxed);
+    if (!was_interrupted.exchange(true, std::memory_order_relaxed))
+        return;
+    remove_part_files();
     std::signal(signal, SIG_DFL);
+    std::raise(signal);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <assimp/ObjMaterial.h>
 #include <assimp/material.h>
+#include <glm/common.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -23,7 +24,7 @@ Value get_or(const aiMaterial& source, const char* key, unsigned type, unsigned 
     return source.Get(key, type, index, value) == AI_SUCCESS ? value : otherwise;
 }
 
-/// MTL: Kd, Ks, Ns, d, Ni and Ke; Whitted's shares by the illumination model: 3 and above mirror by Ks.
+/// MTL: Kd, Ks, Ns, d, Tf, Ni and Ke; Whitted's shares by the illumination model: 3 and above mirror by Ks.
 inline Material convert_material(const aiMaterial& source, std::size_t number) {
     constexpr int first_mirroring_model = 3;
     Material material;
@@ -42,6 +43,8 @@ inline Material convert_material(const aiMaterial& source, std::size_t number) {
         material.shininess = 1.0f;
     }
     material.k_t = std::clamp(1.0f - get_or(source, AI_MATKEY_OPACITY, 1.0f), 0.0f, 1.0f);
+    material.tint =
+        glm::clamp(to_glm(get_or(source, AI_MATKEY_COLOR_TRANSPARENT, aiColor3D{1.0f})), 0.0f, 1.0f);
     const float index = get_or(source, AI_MATKEY_REFRACTI, 1.0f);
     material.refraction_index = index > 0.0f ? index : 1.0f;
     if (get_or(source, AI_MATKEY_OBJ_ILLUM, 0) >= first_mirroring_model) {

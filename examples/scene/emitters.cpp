@@ -43,6 +43,7 @@ struct Sample {
     glm::vec3 position;
     glm::vec3 normal;
     glm::vec3 power;  ///< radiance times area
+    std::size_t triangle;
 };
 
 float sum_of(glm::vec3 v) {
@@ -64,7 +65,7 @@ void add_samples(const Scene& scene, std::size_t t, std::vector<Sample>& samples
     for (const auto& [u, v] : places) {
         const Surface surface = surface_at(scene, t, u, v);
         samples.push_back({(1.0f - u - v) * a + u * b + v * c, normal / twice_area,
-                           surface.emission * (twice_area / 8.0f)});
+                           surface.emission * (twice_area / 8.0f), t});
     }
 }
 
@@ -110,59 +111,151 @@ Extent extent_of(const std::vector<Sample>& samples) {
     return extent;
 }
 
-/// Two axes in a plane, the first along the longer side of the samples' box.
-std::array<glm::vec3, 2> axes_of(const Patch& patch) {
-    const Extent extent = extent_of(patch.samples);
-    glm::vec3 along = extent.high - extent.low;
-    int longest = along.x >= along.y && along.x >= along.z ? 0 : along.y >= along.z ? 1 : 2;
-    glm::vec3 axis{0.0f};
-    axis[longest] = 1.0f;
-    const glm::vec3 first = glm::normalize(axis - glm::dot(axis, patch.normal) * patch.normal);
-    return {first, glm::cross(patch.normal, first)};
+/// A rectangle in space.
+struct Rectangle {
+    glm::vec3 centre;
+    glm::vec3 half_u;
+    glm::vec3 half_v;
+};
+
+/// The smallest rectangle around a patch with a side along `along`, and the share of it that the triangles
+/// fill.
+std::pair<Rectangle, float> rectangle_along(const Scene& scene, const Patch& patch, const glm::vec3& along) {
+    const glm::vec3 u = glm::normalize(along - glm::dot(along, patch.normal) * patch.normal);
+    const glm::vec3 v = glm::cross(patch.normal, u);
+    glm::vec2 low{INFINITY};
+    glm::vec2 high{-INFINITY};
+    float area = 0.0f;
+    std::size_t last = scene.triangles.size();
+    for (const Sample& sample : patch.samples) {
+        if (sample.triangle == last)
+            continue;
+        last = sample.triangle;
+        const auto [a, b, c] = corners(scene, last);
+        area += 0.5f * glm::length(glm::cross(b - a, c - a));
+        for (const glm::vec3& corner : {a, b, c}) {
+            low = glm::min(low, glm::vec2(glm::dot(corner, u), glm::dot(corner, v)));
+            high = glm::max(high, glm::vec2(glm::dot(corner, u), glm::dot(corner, v)));
+        }
+    }
+    const glm::vec2 middle = 0.5f * (low + high);
+    const glm::vec2 half = 0.5f * (high - low);
+    return {{middle.x * u + middle.y * v + patch.height * patch.normal, half.x * u, half.y * v},
+            area / (4.0f * half.x * half.y)};
 }
 
-SceneLight lamp_at(glm::vec3 position, glm::vec3 intensity, glm::vec3 facing, const std::string& name) {
+/// The rectangle that a patch is; nothing for one of another form.
+std::optional<Rectangle> rectangle_of(const Scene& scene, const Patch& patch) {
+    constexpr float nearly_all = 0.98f;
+    const auto [a, b, c] = corners(scene, patch.samples.front().triangle);
+    for (const glm::vec3& side : {b - a, c - b, a - c}) {
+        const auto [rectangle, share] = rectangle_along(scene, patch, side);
+        if (share > nearly_all)
+            return rectangle;
+    }
+    return std::nullopt;
+}
+
+/// A rectangle around any patch, with a side along the longest one of its box.
+Rectangle box_of(const Scene& scene, const Patch& patch) {
+    const Extent extent = extent_of(patch.samples);
+    const glm::vec3 size = extent.high - extent.low;
+    const int longest = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    glm::vec3 axis{0.0f};
+    axis[longest] = 1.0f;
+    return rectangle_along(scene, patch, axis).first;
+}
+
+/// Which sides of a patch light the scene.
+enum class Sides { front, back, both };
+
+/// A quarter of a patch, or all of it.
+struct Part {
+    glm::vec3 front{0.0f};  ///< the power of triangles that face as the patch does
+    glm::vec3 back{0.0f};   ///< and of the others
+    glm::vec3 weighted{0.0f};
+    float weight = 0.0f;
+
+    void add(const Sample& sample, const glm::vec3& normal) {
+        (glm::dot(sample.normal, normal) > 0.0f ? front : back) += sample.power;
+        weighted += sum_of(sample.power) * sample.position;
+        weight += sum_of(sample.power);
+    }
+    /// Of each side: where triangles face one way only, they shine to both sides, as they are drawn.
+    glm::vec3 power(bool of_front) const {
+        if (front == glm::vec3(0.0f) || back == glm::vec3(0.0f))
+            return front + back;
+        return of_front ? front : back;
+    }
+};
+
+/// Radiance L and area A give the intensity L A cos; pictures take intensities as divided by pi, since
+/// surfaces reflect their colour, not a share of 1 / pi of it.
+glm::vec3 intensity_of(const glm::vec3& power) {
+    return power / static_cast<float>(pi);
+}
+
+SceneLight pane_at(const Rectangle& place, bool of_front, const glm::vec3& power, const std::string& name) {
     SceneLight light;
-    light.shape = lightmesh::PointLight{position};
-    light.intensity = intensity;
-    light.facing = facing;
+    light.shape = of_front ? lightmesh::RectLight{place.centre, place.half_u, place.half_v}
+                           : lightmesh::RectLight{place.centre, place.half_v, place.half_u};
+    light.intensity = intensity_of(power);
     light.name = name;
     return light;
 }
 
-/// A patch as lamps in its plane: a quarter of it each, if it is large.
-void add_patch(const Patch& patch, float diagonal, const std::string& name, std::vector<SceneLight>& lights) {
-    const auto [right, up] = axes_of(patch);
+/// A patch as lamps in its plane: a quarter of it each, if it is large. Rectangles are lamps of their size,
+/// one for each side that shines.
+void add_patch(const Scene& scene, const Patch& patch, Sides sides, float diagonal, const std::string& name,
+               std::vector<SceneLight>& lights) {
     const bool is_small = extent_of(patch.samples).size() < small_patch * diagonal;
-    glm::vec2 low{INFINITY};
-    glm::vec2 high{-INFINITY};
-    for (const Sample& sample : patch.samples) {
-        const glm::vec2 place{glm::dot(sample.position, right), glm::dot(sample.position, up)};
-        low = glm::min(low, place);
-        high = glm::max(high, place);
-    }
-    struct Part {
-        glm::vec3 power{0.0f};
-        glm::vec3 weighted{0.0f};
-        float weight = 0.0f;
-    };
+    const std::optional<Rectangle> exact = rectangle_of(scene, patch);
+    const Rectangle whole = exact ? *exact : box_of(scene, patch);
     std::array<Part, 4> parts;
     for (const Sample& sample : patch.samples) {
-        const glm::vec2 place{glm::dot(sample.position, right), glm::dot(sample.position, up)};
-        const glm::vec2 middle = 0.5f * (low + high);
-        const std::size_t quarter =
-            is_small ? 0 : (place.x > middle.x ? 1u : 0u) + (place.y > middle.y ? 2u : 0u);
-        const float weight = sum_of(sample.power);
-        parts[quarter].power += sample.power;
-        parts[quarter].weighted += weight * sample.position;
-        parts[quarter].weight += weight;
+        const glm::vec3 way = sample.position - whole.centre;
+        const bool is_right = glm::dot(way, whole.half_u) > 0.0f;
+        const bool is_up = glm::dot(way, whole.half_v) > 0.0f;
+        parts[is_small ? 0 : (is_right ? 1u : 0u) + (is_up ? 2u : 0u)].add(sample, patch.normal);
     }
-    // Radiance L and area A give the intensity L A cos; pictures take intensities as divided by pi, since
-    // surfaces reflect their colour, not a share of 1 / pi of it.
-    for (const Part& part : parts)
-        if (part.weight > 0.0f)
-            lights.push_back(lamp_at(part.weighted / part.weight, part.power / static_cast<float>(pi),
-                                     patch.normal, name));
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const Part& part = parts[i];
+        if (!(part.weight > 0.0f))
+            continue;
+        if (!exact) {
+            SceneLight lamp;
+            lamp.shape = lightmesh::PointLight{part.weighted / part.weight};
+            lamp.intensity = intensity_of(glm::max(part.power(true), part.power(false)));
+            lamp.facing = patch.normal;
+            lamp.name = name;
+            lights.push_back(lamp);
+            continue;
+        }
+        Rectangle place = whole;
+        if (!is_small)
+            place = {whole.centre + (i % 2 == 1 ? 0.5f : -0.5f) * whole.half_u +
+                         (i / 2 == 1 ? 0.5f : -0.5f) * whole.half_v,
+                     0.5f * whole.half_u, 0.5f * whole.half_v};
+        for (const bool of_front : {true, false})
+            if (sides == Sides::both || (sides == Sides::front) == of_front)
+                lights.push_back(pane_at(place, of_front, part.power(of_front), name));
+    }
+}
+
+/// Of a patch of a piece that lies wholly on one side of it, as of a box, only the other side lights the
+/// scene.
+Sides sides_of(const Patch& patch, const std::vector<Sample>& piece) {
+    const float thickness = 0.01f * extent_of(piece).size();
+    float low = 0.0f;
+    float high = 0.0f;
+    for (const Sample& sample : piece) {
+        const float height = glm::dot(patch.normal, sample.position) - patch.height;
+        low = (std::min)(low, height);
+        high = (std::max)(high, height);
+    }
+    if (low < -thickness && high < thickness)
+        return Sides::front;
+    return high > thickness && low > -thickness ? Sides::back : Sides::both;
 }
 
 /// A convex piece shows a quarter of its surface to each side.
@@ -175,7 +268,11 @@ void add_round(const std::vector<Sample>& samples, const std::string& name, std:
         weighted += sum_of(sample.power) * sample.position;
         weight += sum_of(sample.power);
     }
-    lights.push_back(lamp_at(weighted / weight, power / static_cast<float>(4.0 * pi), glm::vec3{0.0f}, name));
+    SceneLight lamp;
+    lamp.shape = lightmesh::PointLight{weighted / weight};
+    lamp.intensity = power / static_cast<float>(4.0 * pi);
+    lamp.name = name;
+    lights.push_back(lamp);
 }
 
 /// Joins what touches.
@@ -281,7 +378,7 @@ std::size_t add_emitter_lights(Scene& scene, std::span<const TriangleRange> mesh
             if (const auto patches =
                     patches_of(samples, 0.01f * extent_of(samples).size() + 1e-6f * diagonal))
                 for (const Patch& patch : *patches)
-                    add_patch(patch, diagonal, name, lights);
+                    add_patch(scene, patch, sides_of(patch, samples), diagonal, name, lights);
             else
                 add_round(samples, name, lights);
         }

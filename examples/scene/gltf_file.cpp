@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "gltf_file.hpp"
 
+#include "file_bytes.hpp"
+#include "isolated.hpp"
+
 #include <meshoptimizer.h>
 #include <nlohmann/json.hpp>
 
@@ -8,7 +11,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
@@ -21,19 +23,6 @@ using nlohmann::json;
 
 /// glTF needs some ten levels; extras may have more.
 constexpr int deepest_nesting = 128;
-
-Bytes read_bytes(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary | std::ios::ate);
-    if (!stream || fs::is_directory(file))
-        throw std::runtime_error("cannot open '" + file.filename().string() + "'");
-    const std::streamoff size = stream.tellg();
-    Bytes bytes(static_cast<std::size_t>((std::max)(size, std::streamoff{0})));
-    stream.seekg(0);
-    stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    if (!stream)
-        throw std::runtime_error("cannot read '" + file.filename().string() + "'");
-    return bytes;
-}
 
 int hexadecimal(char c) {
     if (c >= '0' && c <= '9')
@@ -319,11 +308,15 @@ Bytes meshopt_decoded(const tinygltf::Value& extension, std::span<const std::uin
     const bool is_vertices = mode == "ATTRIBUTES";
     const bool fits =
         is_vertices ? stride > 0 && stride <= 256 && stride % 4 == 0 : stride == 2 || stride == 4;
-    // A block of 16 values takes at least some bits, and a triangle a byte.
-    if (!fits || count / 64 > source.size() || (mode == "TRIANGLES" && count % 3 != 0))
+    // A vertex takes a 64th of its size at least, and a triangle or an index a byte.
+    const double least = static_cast<double>(count) * (is_vertices ? static_cast<double>(stride) / 64.0
+                                                       : mode == "TRIANGLES" ? 1.0 / 3.0
+                                                                             : 1.0);
+    if (!fits || least > static_cast<double>(source.size()) || (mode == "TRIANGLES" && count % 3 != 0))
         throw std::runtime_error("is damaged: the compression of " + where + " has count " +
                                  std::to_string(count) + " and byteStride " + std::to_string(stride) +
                                  " for " + std::to_string(source.size()) + " bytes");
+    allow_memory(4 * count * stride);
     Bytes decoded(count * stride);
     int failed = 1;
     if (is_vertices)
@@ -365,12 +358,16 @@ Bytes read_uri(const std::string& uri, const fs::path& folder) {
     // Exporters that do not encode exist: a file of that very name comes first.
     const fs::path plain = folder / uri;
     std::error_code ignored;
-    return read_bytes(fs::exists(plain, ignored) ? plain : folder / percent_decoded(uri));
+    auto bytes = read_whole<Bytes>(fs::exists(plain, ignored) ? plain : folder / percent_decoded(uri));
+    allow_file(bytes.size());
+    return bytes;
 }
 
 GltfFile::GltfFile(const fs::path& file) : folder_(file.parent_path()) {
-    Chunks chunks = split(read_bytes(file));
+    Chunks chunks = split(read_whole<Bytes>(file));
     check_nesting(chunks.json);
+    // Small objects take many times the place of their text, once as they are and once as tinygltf has them.
+    allow_memory(40 * chunks.json.size());
     json document = json::parse(chunks.json, nullptr, false);
     chunks.json = std::string();
     if (document.is_discarded() || !document.is_object())
@@ -378,7 +375,9 @@ GltfFile::GltfFile(const fs::path& file) : folder_(file.parent_path()) {
     const json asset = document.contains("asset") ? document["asset"] : json();
     if (const std::string version = asset.is_object() ? text_in(asset, "version") : "";
         !version.starts_with("2."))
-        throw std::runtime_error("is glTF of version '" + version + "'; only version 2 can be read");
+        throw std::runtime_error(version.empty()
+                                     ? "does not say its version of glTF; only version 2 can be read"
+                                     : "is glTF of version '" + version + "'; only version 2 can be read");
     json buffers = taken(document, "buffers");
     for (json& buffer : buffers) {
         const std::uint64_t length = count_in(buffer, "byteLength", 0);

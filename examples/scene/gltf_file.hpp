@@ -28,11 +28,14 @@ public:
     explicit GltfFile(const std::filesystem::path& file);
 
     const tinygltf::Model& model() const { return model_; }
+    /// The nodes, to be posed otherwise than the file has them.
+    std::vector<tinygltf::Node>& nodes() { return model_.nodes; }
     std::size_t image_count() const { return images_.size(); }
     /// The lights of KHR_lights_punctual, without their places.
     const std::vector<ModelLight>& lights() const { return lights_; }
     /// What the user should be told.
     const std::vector<std::string>& notes() const { return notes_; }
+    void add_note(std::string note) { notes_.push_back(std::move(note)); }
 
     /// Picture `image`; one that cannot be read has its reason in `problem`.
     ModelImage image(std::size_t image) const;

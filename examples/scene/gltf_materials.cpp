@@ -107,6 +107,21 @@ TextureMap map_in(const GltfFile& file, const Value* info) {
                   static_cast<int>(number(info, "texCoord", 0.0f)), transform);
 }
 
+/// The colour of KHR_materials_volume through its thickness.
+glm::vec3 attenuation(const Value* volume) {
+    const float thickness = number(volume, "thicknessFactor", 0.0f);
+    const float distance = number(volume, "attenuationDistance", INFINITY);
+    const Value* colour = member(volume, "attenuationColor");
+    if (!(thickness > 0.0f) || !(distance > 0.0f) || colour == nullptr || !colour->IsArray() ||
+        colour->ArrayLen() != 3)
+        return glm::vec3{1.0f};
+    glm::vec3 result{1.0f};
+    for (int channel = 0; channel < 3; ++channel)
+        if (colour->Get(channel).IsNumber())
+            result[channel] = std::pow(share(colour->Get(channel).GetNumberAsDouble()), thickness / distance);
+    return result;
+}
+
 /// KHR_materials_pbrSpecularGlossiness, which older files have: its diffuse colour.
 bool set_specular_glossiness(const GltfFile& file, const tinygltf::Material& source, Material& material,
                              MetallicRoughness& values) {
@@ -161,6 +176,7 @@ Material gltf_material(const GltfFile& file, std::size_t number_of_it, bool& lef
     if (number(volume, "thicknessFactor", 0.0f) > 0.0f)
         values.refraction_index = (std::max)(1.0f, number(ior, "ior", 1.5f));
     set_metallic_roughness(material, values);
+    material.tint = values.base * attenuation(volume);
 
     if (source.alphaMode == "MASK")
         material.alpha_mode = AlphaMode::mask;

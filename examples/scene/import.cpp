@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "by_name.hpp"
 #include "emitters.hpp"
 #include "isolated.hpp"
 #include "light_rig.hpp"
@@ -10,8 +11,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -45,13 +44,6 @@ bool is_finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-std::string extension_of(const fs::path& file) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
-
 void check_file(const fs::path& file) {
     if (!fs::exists(file)) {
         fail(file, "no such file, and no built-in scene of that name");
@@ -72,17 +64,16 @@ void check_file(const fs::path& file) {
     }
 }
 
-Model read_model(const fs::path& file) {
-    const std::string extension = extension_of(file);
-    const bool is_gltf = extension == ".gltf" || extension == ".glb";
-    const std::size_t size = fs::file_size(file);
+/// Reads in a child process. What a file says to unpack raises the limits, in bounds: see `allow_memory`.
+Model read_safely(const fs::path& file, const ImportOptions& options) {
     constexpr std::size_t megabyte = 1 << 20;
-    // A model in memory is larger than its file, most of all where instances or compression multiply it. What
-    // the checks of the readers refuse takes none of this.
-    const ReaderLimits limits{(is_gltf ? 2048 : 64) * megabyte + 24 * size,
+    const std::size_t size = fs::file_size(file);
+    // Assimp takes OBJ apart into many small pieces.
+    const std::size_t factor = extension_of(file) == ".obj" ? 16 : read_factor;
+    const ReaderLimits limits{64 * megabyte + factor * size, 2048 * megabyte + unpacked_factor * size,
                               static_cast<unsigned>(10 + size / megabyte)};
     try {
-        return read_isolated(is_gltf ? read_gltf : read_by_assimp, file, limits);
+        return read_isolated([&] { return read_model(file, {options.time, options.animation}); }, limits);
     } catch (const std::exception& error) {
         fail(file, error.what());
     }
@@ -234,8 +225,9 @@ std::vector<TriangleRange> import_triangles(const fs::path& file, Model& model, 
     return gatherer.ranges();
 }
 
-/// Decodes the pictures; those that cannot be are left out with a note, and what they would have lit is dark.
-void import_textures(const Model& model, Scene& scene) {
+/// Takes the pictures; those that cannot be drawn are left out with a note, and what they would have lit is
+/// dark.
+void import_textures(Model& model, Scene& scene) {
     std::vector<std::int32_t> numbers(model.images.size(), -1);
     const auto wanted = [&](std::size_t image) {
         return std::ranges::any_of(scene.materials, [&](const Material& material) {
@@ -247,17 +239,14 @@ void import_textures(const Model& model, Scene& scene) {
     for (std::size_t i = 0; i < model.images.size(); ++i) {
         if (!wanted(i))
             continue;
-        std::string problem = model.images[i].problem;
-        if (problem.empty()) {
-            try {
-                scene.textures.push_back(decode_texture(model.images[i].encoded));
-                numbers[i] = static_cast<std::int32_t>(scene.textures.size() - 1);
-            } catch (const std::exception& error) {
-                problem = error.what();
-            }
+        ModelImage& image = model.images[i];
+        if (image.problem.empty() && image.texture.width > 0) {
+            numbers[i] = static_cast<std::int32_t>(scene.textures.size());
+            scene.textures.push_back(std::exchange(image.texture, {}));
+        } else {
+            scene.remarks.push_back("texture '" + image.name + "' is left out: it " +
+                                    (image.problem.empty() ? "is empty" : image.problem));
         }
-        if (!problem.empty())
-            scene.remarks.push_back("texture '" + model.images[i].name + "' is left out: it " + problem);
     }
     const auto renumber = [&](TextureMap& map) {
         if (map.texture >= 0)
@@ -376,27 +365,18 @@ void check(const ModelCamera& camera, const fs::path& file) {
 }
 
 /// The camera that the user asks for; otherwise the first.
-std::size_t chosen_camera(const fs::path& file, const Model& model, const std::string& wanted) {
-    if (wanted.empty())
-        return 0;
-    for (std::size_t i = 0; i < model.cameras.size(); ++i)
-        if (model.cameras[i].name == wanted)
-            return i;
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
-    if (error == std::errc() && end == wanted.data() + wanted.size() && number < model.cameras.size())
-        return number;
-    std::string names;
-    for (std::size_t i = 0; i < model.cameras.size(); ++i)
-        names += (i == 0 ? "" : ", ") + std::to_string(i) + " '" + model.cameras[i].name + "'";
-    fail(file, "there is no camera '" + wanted + "'; " +
-                   (names.empty() ? "the file has none" : "there are " + names));
+std::size_t chosen_camera(const fs::path& file, const Scene& scene, const std::string& wanted) {
+    try {
+        return number_by_name(scene.cameras, wanted, "camera");
+    } catch (const std::runtime_error& error) {
+        fail(file, error.what());
+    }
 }
 
 void import_camera(const fs::path& file, const Model& model, const ImportOptions& options, Scene& scene) {
     for (const ModelCamera& camera : model.cameras)
         scene.cameras.push_back(camera.name);
-    const std::size_t chosen = chosen_camera(file, model, options.camera);
+    const std::size_t chosen = chosen_camera(file, scene, options.camera);
     if (model.cameras.empty()) {
         scene.has_own_camera = false;
         const bool z_is_up = options.z_is_up && extension_of(file) != ".gltf" && extension_of(file) != ".glb";
@@ -417,7 +397,7 @@ void import_camera(const fs::path& file, const Model& model, const ImportOptions
 
 Scene import_scene(const fs::path& file, const ImportOptions& options) {
     check_file(file);
-    Model model = read_model(file);
+    Model model = read_safely(file, options);
     Scene scene;
     scene.name = file.stem().string();
     scene.is_file = true;

@@ -80,15 +80,22 @@ void set_limit(int resource, std::size_t value) {
     setrlimit(static_cast<__rlimit_resource>(resource), &limit);
 }
 
+/// The limits on private memory of a child, in bytes: now, and as far as they may be raised; 0 elsewhere.
+std::size_t allowed_data = 0;
+std::size_t most_data = 0;
+
 /// The child: reads the file, writes what it found, and ends without what the program does when it ends.
-[[noreturn]] void read_and_exit(Model (*reader)(const std::filesystem::path&),
-                                const std::filesystem::path& file, const ReaderLimits& limits, int pipe_end) {
+[[noreturn]] void read_and_exit(const std::function<Model()>& reader, const ReaderLimits& limits,
+                                int pipe_end) {
     std::signal(SIGINT, SIG_DFL);
     std::signal(SIGTERM, SIG_DFL);
     set_limit(RLIMIT_CORE, 0);
     set_limit(RLIMIT_CPU, limits.seconds);
-    if (const std::size_t used = data_in_use(); used > 0)
-        set_limit(RLIMIT_DATA, used + limits.bytes);
+    if (const std::size_t used = data_in_use(); used > 0) {
+        allowed_data = used + limits.bytes;
+        most_data = used + (std::max)(limits.bytes, limits.most_bytes);
+        set_limit(RLIMIT_DATA, allowed_data);
+    }
     // Libraries print what they like; the program has its own words.
     if (std::freopen("/dev/null", "w", stderr) == nullptr ||
         std::freopen("/dev/null", "w", stdout) == nullptr)
@@ -97,14 +104,17 @@ void set_limit(int resource, std::size_t value) {
     Writer writer(pipe);
     Outcome outcome = Outcome::refused;
     std::string problem;
+    const std::size_t used = allowed_data - (std::min)(allowed_data, limits.bytes);
     try {
-        Model model = reader(file);
+        Model model = reader();
         outcome = Outcome::read;
         exchange(writer, outcome);
         exchange(writer, model);
     } catch (const std::bad_alloc&) {
         outcome = Outcome::out_of_memory;
         exchange(writer, outcome);
+        std::size_t taken = allowed_data - used;
+        exchange(writer, taken);
     } catch (const std::exception& error) {
         problem = error.what();
         exchange(writer, outcome);
@@ -129,8 +139,20 @@ std::string problem_of(int status, const ReaderLimits& limits) {
 
 }  // namespace
 
-Model read_isolated(Model (*reader)(const std::filesystem::path&), const std::filesystem::path& file,
-                    const ReaderLimits& limits) {
+void allow_memory(std::size_t bytes) {
+    if (most_data == 0)
+        return;
+    allowed_data += (std::min)(bytes, most_data - allowed_data);
+    set_limit(RLIMIT_DATA, allowed_data);
+}
+
+void allow_file(std::size_t bytes) {
+    if (most_data != 0)
+        most_data += unpacked_factor * bytes;
+    allow_memory(read_factor * bytes);
+}
+
+Model read_isolated(const std::function<Model()>& reader, const ReaderLimits& limits) {
     int ends[2];
     if (pipe(ends) != 0)
         throw std::runtime_error(std::string("cannot be read: ") + std::strerror(errno));
@@ -144,13 +166,14 @@ Model read_isolated(Model (*reader)(const std::filesystem::path&), const std::fi
     }
     if (child == 0) {
         close(ends[0]);
-        read_and_exit(reader, file, limits, ends[1]);
+        read_and_exit(reader, limits, ends[1]);
     }
     close(ends[1]);
     std::FILE* pipe = fdopen(ends[0], "rb");
     Model model;
     Outcome outcome = Outcome::refused;
     std::string problem;
+    std::size_t taken = 0;
     bool whole = true;
     try {
         Reader source(pipe);
@@ -159,6 +182,8 @@ Model read_isolated(Model (*reader)(const std::filesystem::path&), const std::fi
             exchange(source, model);
         else if (outcome == Outcome::refused)
             exchange(source, problem);
+        else
+            exchange(source, taken);
     } catch (const Broken&) {
         whole = false;
     }
@@ -169,7 +194,7 @@ Model read_isolated(Model (*reader)(const std::filesystem::path&), const std::fi
     if (!whole)
         throw std::runtime_error(problem_of(status, limits));
     if (outcome == Outcome::out_of_memory)
-        throw std::runtime_error("would take more than " + megabytes(limits.bytes) +
+        throw std::runtime_error("would take more than " + megabytes(taken) +
                                  " of memory to read: damaged, or made to fill it");
     if (outcome == Outcome::refused)
         throw std::runtime_error(problem);

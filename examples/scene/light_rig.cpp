@@ -175,9 +175,14 @@ glm::vec3 total_strength(const Scene& scene) {
     const glm::vec2 size = axes.plan(bounds.high) - axes.plan(bounds.low);
     glm::vec3 total{0.0f};
     for (const SceneLight& light : scene.lights) {
-        // Half of the 4 pi I of a point light goes down: that is E times the area for a directional one.
-        const bool directional = std::holds_alternative<lightmesh::DirectionalLight>(light.shape);
-        total += directional ? light.intensity * (size.x * size.y / (2.0f * pi)) : light.intensity;
+        // Half of the 4 pi I of a point light goes down: that is E times the area for a directional one. A
+        // side of a patch has pi I.
+        if (std::holds_alternative<lightmesh::DirectionalLight>(light.shape))
+            total += light.intensity * (size.x * size.y / (2.0f * pi));
+        else if (std::holds_alternative<lightmesh::RectLight>(light.shape))
+            total += 0.25f * light.intensity;
+        else
+            total += (light.facing == glm::vec3{0.0f} ? 1.0f : 0.5f) * light.intensity;
     }
     return total;
 }

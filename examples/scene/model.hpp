@@ -5,9 +5,11 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,25 +49,38 @@ struct ModelCamera {
     float orthographic_height = 0.0f;
 };
 
-/// A picture as the file has it.
+/// A picture of the file, in one of three states.
 struct ModelImage {
     std::string name;
-    std::vector<std::uint8_t> encoded;  ///< empty: `problem` says why
-    std::string problem;
+    std::vector<std::uint8_t> encoded;  ///< as the file has it, until it is decoded
+    Texture texture;                    ///< decoded; of width 0 until then
+    std::string problem;                ///< why there is no picture
 };
 
 struct Model {
     std::vector<ModelMesh> meshes;
     std::vector<Material> materials;
-    std::vector<ModelImage> images;
+    std::vector<ModelImage> images;  ///< those that no material has are empty
     std::vector<ModelLight> lights;
     std::vector<ModelCamera> cameras;
     std::vector<std::string> notes;
 };
 
+/// What a reader is asked for.
+struct ReadOptions {
+    std::optional<double> time;  ///< of an animation, in seconds; empty: the file's own pose
+    std::string animation;       ///< by its name, or its number from 0; empty: the first one
+};
+
 /// Readers throw std::exception with what is wrong, without the file's name.
-Model read_gltf(const std::filesystem::path& file);
-/// OBJ and PLY.
-Model read_by_assimp(const std::filesystem::path& file);
+Model read_gltf(const std::filesystem::path& file, const ReadOptions& options = {});
+Model read_obj(const std::filesystem::path& file);
+Model read_ply(const std::filesystem::path& file);
+
+/// In small letters, with its dot.
+std::string extension_of(const std::filesystem::path& file);
+
+/// Reads a file by its extension, and decodes its pictures.
+Model read_model(const std::filesystem::path& file, const ReadOptions& options = {});
 
 }  // namespace demo

@@ -58,8 +58,8 @@ void exchange_all(Archive& archive, Values&... values) {
 template <class Archive>
 void exchange(Archive& archive, Material& m) {
     exchange_all(archive, m.name, m.diffuse, m.specular, m.shininess, m.k_s, m.k_t, m.refraction_index,
-                 m.emission, m.metallic, m.opacity, m.alpha_mode, m.alpha_cutoff, m.base_map, m.opacity_map,
-                 m.emission_map, m.is_unlit, m.shadow);
+                 m.tint, m.emission, m.metallic, m.opacity, m.alpha_mode, m.alpha_cutoff, m.base_map,
+                 m.opacity_map, m.emission_map, m.is_unlit, m.shadow);
 }
 
 template <class Archive>
@@ -81,7 +81,8 @@ void exchange(Archive& archive, ModelCamera& c) {
 
 template <class Archive>
 void exchange(Archive& archive, ModelImage& i) {
-    exchange_all(archive, i.name, i.encoded, i.problem);
+    exchange_all(archive, i.name, i.texture.width, i.texture.height, i.texture.rgba, i.texture.has_alpha,
+                 i.problem);
 }
 
 template <class Archive>

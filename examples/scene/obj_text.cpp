@@ -172,6 +172,8 @@ std::string with_zeros(std::string_view text) {
 }  // namespace
 
 ObjText prepare_obj(std::string text) {
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+        throw std::runtime_error("is in UTF-16; OBJ is read in ASCII or UTF-8");
     join_lines(text);
     if (text.find(" .") != std::string::npos || text.find("\t.") != std::string::npos)
         text = with_zeros(text);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "gltf_animation.hpp"
 #include "gltf_draco.hpp"
 #include "gltf_file.hpp"
 #include "gltf_materials.hpp"
+#include "isolated.hpp"
 #include "model.hpp"
 
 #include <glm/geometric.hpp>
@@ -143,6 +145,9 @@ std::vector<std::uint32_t> triangles_of(std::vector<std::uint32_t> corners, int 
     return triangles;
 }
 
+/// What Draco's decoder and its result take for each vertex, about.
+constexpr std::size_t draco_bytes_a_vertex = 400;
+
 /// Reads the primitives of a file.
 class PrimitiveReader {
 public:
@@ -194,6 +199,8 @@ private:
             !extension.Has("attributes") || !extension.Get("attributes").IsObject())
             throw std::runtime_error(
                 "is damaged: KHR_draco_mesh_compression without a buffer view or attributes");
+        if (const auto positions = source.attributes.find("POSITION"); positions != source.attributes.end())
+            allow_memory(draco_bytes_a_vertex * file_.count(positions->second));
         draco_ = decode_draco(file_.view(extension.Get("bufferView").GetNumberAsInt()));
         for (const std::string& name : extension.Get("attributes").Keys())
             draco_numbers_[name] = extension.Get("attributes").Get(name).GetNumberAsInt();
@@ -583,6 +590,11 @@ private:
                                      ", but there are only " + std::to_string(source_.materials.size()));
         to.material = material >= 0 ? static_cast<std::uint32_t>(material) : default_material();
         const std::size_t count = from.size();
+        // Meshes may be there many times.
+        allow_memory(
+            count * (sizeof(glm::dvec3) + sizeof(glm::vec3) + sizeof(glm::vec4)) +
+            (from.texture_coordinates[0].size() + from.texture_coordinates[1].size() + from.indices.size()) *
+                sizeof(float));
         to.positions.reserve(count);
         if (!from.normals.empty())
             to.normals.reserve(count);
@@ -644,8 +656,6 @@ private:
         if (hidden_meshes_ + hidden_lights_ > 0)
             result_.notes.push_back(std::to_string(hidden_meshes_) + " meshes and " +
                                     std::to_string(hidden_lights_) + " lights are hidden, as the file says");
-        if (!source_.animations.empty())
-            result_.notes.push_back("the file has animations: its default pose is drawn");
     }
 
     const GltfFile& file_;
@@ -662,8 +672,12 @@ private:
 
 }  // namespace
 
-Model read_gltf(const std::filesystem::path& path) {
-    const GltfFile file(path);
+Model read_gltf(const std::filesystem::path& path, const ReadOptions& options) {
+    GltfFile file(path);
+    if (options.time)
+        pose_at(file, *options.time, options.animation);
+    else if (!file.model().animations.empty())
+        file.add_note("the file has animations: its default pose is drawn; --time takes another");
     Model model;
     model.notes = file.notes();
     check_extensions(file.model(), model.notes);

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,7 @@ struct Material {
     float k_s = 0.0f;  ///< share of the mirrored ray, 0..1
     float k_t = 0.0f;  ///< share of the refracted ray, 0..1
     float refraction_index = 1.5f;
+    glm::vec3 tint{1.0f};  ///< of what is seen through the surface; textures and vertices multiply it
     glm::vec3 emission{0.0f};
 
     float metallic = 0.0f;  ///< share in which `specular` has the colour of the texture
@@ -118,9 +120,11 @@ struct Scene {
 
 /// What a user may wish from a file.
 struct ImportOptions {
-    std::string camera;    ///< by its name, or its number from 0; empty: the first one
-    bool emitters = true;  ///< whether surfaces that shine become lights
-    bool z_is_up = false;  ///< of OBJ and PLY, which do not say; else +y
+    std::string camera;            ///< by its name, or its number from 0; empty: the first one
+    bool emitters = true;          ///< whether surfaces that shine become lights
+    bool z_is_up = false;          ///< of OBJ and PLY, which do not say; else +y
+    std::optional<double> time{};  ///< of an animation of glTF, in seconds; empty: the file's own pose
+    std::string animation{};       ///< by its name, or its number from 0; empty: the first one
 };
 
 /// The built-in scenes, always the same to the last bit: `spheres` 2,028 triangles, `park` 145,970 triangles,

@@ -2,6 +2,7 @@
 #include "surface.hpp"
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 
@@ -42,7 +43,8 @@ Surface surface_at(const Scene& scene, std::size_t number, float u, float v) {
 }
 
 Surface surface_at(const Scene& scene, const Material& material, std::size_t number, float u, float v) {
-    Surface surface{material.diffuse, material.specular, material.emission, material.k_s, material.k_t};
+    Surface surface{material.diffuse, material.specular, material.emission, material.k_s,
+                    material.k_t * material.tint};
     const bool has_colours = !scene.colours.empty();
     if (!has_colours && material.base_map.texture < 0 && material.emission_map.texture < 0 &&
         material.alpha_mode != AlphaMode::blend)
@@ -53,6 +55,7 @@ Surface surface_at(const Scene& scene, const Material& material, std::size_t num
                                colour_at(scene, triangle, u, v)};
         surface.diffuse *= colour;
         surface.specular *= glm::mix(glm::vec3{1.0f}, colour, material.metallic);
+        surface.k_t *= colour;
     }
     if (material.emission_map.texture >= 0)
         surface.emission *= glm::vec3{look_up(scene, material.emission_map, triangle, u, v)};
@@ -74,7 +77,13 @@ float share_let_through(const Scene& scene, std::size_t number, float u, float v
     const Material& material = scene.materials[triangle.material];
     if (material.shadow == ShadowBy::nothing)
         return 1.0f;
-    const float k_t = material.shadow == ShadowBy::opacity ? material.k_t : 0.0f;
+    float k_t = 0.0f;
+    if (material.shadow == ShadowBy::opacity && material.k_t > 0.0f) {
+        // Shadows have no colour: the share of all light.
+        const glm::vec3 colour = material.tint * glm::vec3{look_up(scene, material.base_map, triangle, u, v) *
+                                                           colour_at(scene, triangle, u, v)};
+        k_t = material.k_t * glm::dot(colour, glm::vec3{0.2126f, 0.7152f, 0.0722f});
+    }
     if (material.alpha_mode == AlphaMode::mask)
         return alpha_at(scene, material, triangle, u, v) < material.alpha_cutoff ? 1.0f : k_t;
     if (material.alpha_mode == AlphaMode::blend)

@@ -13,7 +13,7 @@ struct Surface {
     glm::vec3 specular;
     glm::vec3 emission;
     float k_s;
-    float k_t;
+    glm::vec3 k_t;  ///< with its tint
 };
 
 /// At the weights u and v of the triangle's second and third vertex.

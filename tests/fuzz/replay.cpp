@@ -24,7 +24,9 @@ std::uint8_t format_of(const std::filesystem::path& file) {
         return 1;
     if (extension == ".obj")
         return 2;
-    return extension == ".ply" ? 3 : 0;
+    if (extension == ".ply")
+        return 3;
+    return extension == ".jpg" || extension == ".png" ? 4 : 0;
 }
 
 }  // namespace

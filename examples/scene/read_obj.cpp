@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "assimp_materials.hpp"
+#include "file_bytes.hpp"
 #include "image/image.hpp"
+#include "isolated.hpp"
 #include "model.hpp"
 #include "obj_text.hpp"
 
@@ -15,12 +17,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <mutex>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -95,46 +93,6 @@ private:
     std::string path_;
     std::string content_;
 };
-
-std::string read_text(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-    if (stream.bad())
-        throw std::runtime_error("cannot be read");
-    return text;
-}
-
-bool has_extension(const fs::path& file, const char* extension) {
-    std::string own = file.extension().string();
-    std::transform(own.begin(), own.end(), own.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return own == extension;
-}
-
-/// Looks at a PLY header before Assimp does: without an end Assimp reads on for ever, and for elements it
-/// takes memory before it knows that they are there.
-void check_ply(const fs::path& file) {
-    constexpr std::size_t longest_header = 65536;
-    std::ifstream stream(file, std::ios::binary);
-    std::string start(longest_header, '\0');
-    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-    start.resize(static_cast<std::size_t>(stream.gcount()));
-    const std::size_t end = start.find("end_header");
-    if (end == std::string::npos)
-        throw std::runtime_error("is damaged: its PLY header has no end");
-    std::istringstream header(start.substr(0, end));
-    const std::uintmax_t size = fs::file_size(file);
-    for (std::string line; std::getline(header, line);) {
-        std::istringstream words(line);
-        std::string keyword;
-        std::string name;
-        long long count = 0;
-        if (words >> keyword && keyword == "element" && words >> name >> count &&
-            (count < 0 || static_cast<std::uintmax_t>(count) > size))
-            throw std::runtime_error("is damaged: " + std::to_string(count) + " of the element '" + name +
-                                     "' are more than the file has bytes; it may be cut off");
-    }
-}
 
 /// Looks at the data as it came from the file. Assimp's later steps trust it: Debian's build ends the process
 /// where an assertion fails.
@@ -219,8 +177,8 @@ private:
             if (!fs::is_regular_file(folder_ / name, ignored)) {
                 image.problem = "is not there";
             } else {
-                const std::string bytes = read_text(folder_ / name);
-                image.encoded.assign(bytes.begin(), bytes.end());
+                image.encoded = read_whole<std::vector<std::uint8_t>>(folder_ / name);
+                allow_file(image.encoded.size());
             }
             images_.push_back(std::move(image));
         }
@@ -283,26 +241,16 @@ ModelMesh read_mesh(const aiMesh& source, unsigned number, const glm::dvec3& ori
 
 }  // namespace
 
-Model read_by_assimp(const fs::path& file) {
+Model read_obj(const fs::path& file) {
     const LogCapture log;
     Assimp::Importer importer;
-    glm::dvec3 origin(0.0);
-    if (has_extension(file, ".obj")) {
-        ObjText prepared = prepare_obj(read_text(file));
-        origin = prepared.origin;
-        importer.SetIOHandler(new PreparedFile(file.string(), std::move(prepared.text)));  // deleted by it
-    } else if (has_extension(file, ".ply")) {
-        check_ply(file);
-    }
+    ObjText prepared = prepare_obj(read_whole<std::string>(file));
+    importer.SetIOHandler(new PreparedFile(file.string(), std::move(prepared.text)));  // deleted by it
     const aiScene& source = read(importer, file, log);
     Model model;
     read_materials(source, file, log, model);
-    for (unsigned i = 0; i < source.mNumMeshes; ++i) {
-        model.meshes.push_back(read_mesh(*source.mMeshes[i], i, origin));
-        // A scan has its colours, and a material of Assimp's making.
-        if (!model.meshes.back().colours.empty() && has_extension(file, ".ply"))
-            model.materials[source.mMeshes[i]->mMaterialIndex].diffuse = glm::vec3{1.0f};
-    }
+    for (unsigned i = 0; i < source.mNumMeshes; ++i)
+        model.meshes.push_back(read_mesh(*source.mMeshes[i], i, prepared.origin));
     return model;
 }
 
