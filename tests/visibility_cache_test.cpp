@@ -335,6 +335,128 @@ TEST_CASE("visibility cache: a slow walk meets no step") {
     }
 }
 
+namespace {
+
+/// A ball of radius 1 of so many segments around and half as many from pole to pole, shaded smoothly.
+class SmoothBall {
+public:
+    explicit SmoothBall(int segments) {
+        const auto corner = [segments](int i, int j) {
+            const double around = 2.0 * std::numbers::pi * i / segments;
+            const double down = 2.0 * std::numbers::pi * j / segments;
+            return Vec(std::sin(down) * std::cos(around), std::sin(down) * std::sin(around), std::cos(down));
+        };
+        for (int i = 0; i < segments; ++i) {
+            for (int j = 0; j < segments / 2; ++j) {
+                if (j > 0)
+                    triangles.push_back(test::rounded(corner(i, j), corner(i, j + 1), corner(i + 1, j)));
+                if (j + 1 < segments / 2)
+                    triangles.push_back(
+                        test::rounded(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)));
+            }
+        }
+    }
+
+    /// Where a way from the middle leaves the ball.
+    lightmesh::SurfacePoint at(const Vec& direction) const {
+        for (const test::Triangle& t : triangles) {
+            const Vec n = glm::cross(t.b - t.a, t.c - t.a);
+            const double share = glm::dot(t.a, n) / glm::dot(direction, n);
+            const Vec p = share * direction;
+            const double a = glm::dot(n, glm::cross(t.c - t.b, p - t.b)) / glm::dot(n, n);
+            const double b = glm::dot(n, glm::cross(t.a - t.c, p - t.c)) / glm::dot(n, n);
+            if (share <= 0.0 || a < 0.0 || b < 0.0 || a + b > 1.0)
+                continue;
+            // Corners lie on the ball, so they are their own normals.
+            return {.position = glm::vec3(p),
+                    .normal = glm::vec3(glm::normalize(n)),
+                    .shading_normal = glm::vec3(glm::normalize(a * t.a + b * t.b + (1.0 - a - b) * t.c))};
+        }
+        return {};
+    }
+
+    std::vector<test::Triangle> triangles;
+};
+
+}  // namespace
+
+TEST_CASE("visibility cache: on smooth-shaded balls of few segments the light fades out without facets") {
+    const std::vector<Light> lights{lightmesh::DirectionalLight{{-1.0f, 0.3f, -0.4f}},
+                                    lightmesh::DirectionalLight{{0.2f, 1.0f, 0.3f}, 0.05f},
+                                    lightmesh::PointLight{.position = {3.0f, 1.0f, 2.0f}},
+                                    lightmesh::PointLight{.position = {-2.0f, 2.0f, 1.0f}, .radius = 0.4f}};
+    for (const int segments : {8, 12}) {
+        const SmoothBall ball(segments);
+        for (const float spacing : {0.05f, 0.3f, 1.0f}) {
+            const VisibilityCache cache{HitTracer{&ball.triangles}, lights,
+                                        CacheSettings{.spacing = spacing}};
+            std::vector<float> all(lights.size());
+            std::vector<double> largest(lights.size()), largest_flat(lights.size());
+            for (const double tilt : {0.1, 0.8, 1.4}) {
+                std::vector<double> before(lights.size(), NAN);
+                for (int i = 0; i < 1440; ++i) {
+                    const double turn = 2.0 * std::numbers::pi * i / 1440.0;
+                    const lightmesh::SurfacePoint point = ball.at(
+                        {std::cos(turn), std::sin(turn) * std::cos(tilt), std::sin(turn) * std::sin(tilt)});
+                    cache.visibility(point, all);
+                    for (std::size_t l = 0; l < lights.size(); ++l) {
+                        const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lights[l]);
+                        const auto* lamp = std::get_if<lightmesh::PointLight>(&lights[l]);
+                        const Vec way =
+                            sun != nullptr ? -Vec(sun->direction) : Vec(lamp->position - point.position);
+                        const double cosine = glm::dot(Vec(point.shading_normal), glm::normalize(way));
+                        const double now = static_cast<double>(all[l]) * std::max(0.0, cosine);
+                        // Nothing shadows the ball but itself.
+                        if (cosine > 0.25)
+                            CHECK(all[l] > 0.85f);
+                        if (!std::isnan(before[l]))
+                            largest[l] = std::max(largest[l], std::abs(now - before[l]));
+                        before[l] = now;
+                    }
+                }
+            }
+            CAPTURE(segments);
+            CAPTURE(spacing);
+            for (std::size_t l = 0; l < lights.size(); ++l) {
+                CAPTURE(l);
+                CHECK(largest[l] < 0.05);
+            }
+        }
+    }
+}
+
+TEST_CASE("visibility cache: shading normals let no light into a closed room") {
+    // Walls with and without thickness, whose normals lean towards the middle, as rounded corners have them.
+    for (const double thickness : {0.0, 0.2, 5.0}) {
+        std::vector<test::Triangle> scene;
+        test::add_box(scene, Vec(-1.0), Vec(1.0));
+        if (thickness > 0.0)
+            test::add_box(scene, Vec(-1.0 - thickness), Vec(1.0 + thickness));
+        const std::vector<Light> lights{
+            lightmesh::DirectionalLight{{-1.0f, 0.3f, -0.2f}, 0.05f},
+            lightmesh::PointLight{.position = {1.1f, -9.0f, 0.4f}, .radius = 0.3f}};
+        const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.2f}};
+        const VisibilityCache bisected{test::PlainTracer{&scene}, lights, CacheSettings{.spacing = 0.2f}};
+        test::Random random(5);
+        for (int i = 0; i < 200; ++i) {
+            Vec point = random.in_box(Vec(-1.0), Vec(1.0));
+            const int axis = i % 3;
+            point[axis] = i % 2 == 0 ? 1.0 : -1.0;
+            Vec normal(0.0);
+            normal[axis] = -point[axis];
+            const lightmesh::SurfacePoint asked{.position = glm::vec3(point),
+                                                .normal = glm::vec3(normal),
+                                                .shading_normal =
+                                                    glm::vec3(glm::normalize(normal - 0.9 * point))};
+            for (std::size_t l = 0; l < lights.size(); ++l) {
+                CHECK(cache.visibility(asked, l) == 0.0f);
+                if (i < 30)
+                    CHECK(bisected.visibility(asked, l) == 0.0f);
+            }
+        }
+    }
+}
+
 TEST_CASE("visibility cache: footprints choose levels, and nothing pops") {
     const Work work = boxes(6, 40);
     const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};

@@ -48,7 +48,8 @@ namespace lightmesh {
 /// that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero normal
 /// gives rays from the point itself, with no chi. A finite point beyond 2^25 of the finest steps throws
 /// std::out_of_range. As in equation (3), S = 0 where a light's centre is below the tangent plane, out of
-/// range, or where the point is outside its cone or behind a rectangle.
+/// range, or where the point is outside its cone or behind a rectangle. `SurfacePoint::shading_normal` puts the
+/// smooth surface in the place of that plane.
 template <class Tracer, class Rows = LampRows>
 class VisibilityCache {
     static_assert(check_intersector<Tracer>());

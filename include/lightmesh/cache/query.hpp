@@ -90,6 +90,10 @@ private:
         normal_ = unit_or_zero(point.normal);
         store_.lattice().check_inside(point_);
         footprint_ = point.footprint > 0.0f ? static_cast<double>(point.footprint) : 0.0;
+        smooth_normal_ =
+            is_finite(point.shading_normal) ? unit_or_zero(point.shading_normal) : glm::vec3(0.0f);
+        const float cosine = glm::dot(smooth_normal_, normal_);
+        is_smooth_ = cosine > 0.0f && cosine < 0.999999f;
         made_taps_ = 0;
         first_level_ = Lattice::base_level;
         while (first_level_ > 0 && share_of(first_level_) < one_weight)
@@ -106,7 +110,8 @@ private:
 
     void find(std::size_t tile, std::uint64_t asked, std::span<float> lit) {
         const std::uint64_t lights = asked & store_.lamps().reaching(tile, point_, normal_);
-        if (lights == 0) {
+        smooth_lights_ = is_smooth_ ? asked & store_.lamps().reaching(tile, point_, smooth_normal_) : 0;
+        if ((lights | smooth_lights_) == 0) {
             std::fill(lit.begin(), lit.end(), 0.0f);
             return;
         }
@@ -120,8 +125,22 @@ private:
         if (ways.count == 1) {
             find_along(ways.ways[0], tile, lights);
             write(lit);
-            return;
+        } else {
+            find_along(ways, tile, lights, lit);
         }
+        // Below the facet, but not below the smooth surface that it stands for.
+        if (const std::uint64_t below = smooth_lights_ & ~lights; below != 0) {
+            TileValues values{};
+            store_.exact(point_, normal_, smooth_normal_, tile, below, values);
+            for (std::uint64_t rest = below; rest != 0; rest &= rest - 1) {
+                const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+                lit[l] = static_cast<float>(values[l]) * (1.0f / 255.0f);
+            }
+        }
+    }
+
+    /// Blends what is found along several ways.
+    void find_along(const WeightedWays& ways, std::size_t tile, std::uint64_t lights, std::span<float> lit) {
         std::array<std::uint64_t, lamps_per_tile> sums{};
         for (std::size_t i = 0; i < static_cast<std::size_t>(ways.count); ++i) {
             find_along(ways.ways[i], tile, lights);
@@ -166,6 +185,12 @@ private:
             }
             if (!is_last && taps.force == one_weight && next == one_weight)
                 continue;
+            if (const std::uint64_t bent = bent_lights(taps, tile, lights); bent != 0) {
+                add_exact(tile, bent);
+                lights &= ~bent;
+                if (lights == 0)
+                    return;
+            }
             level_.taps = taps.count;
             for (std::size_t k = 0; k < taps.count; ++k) {
                 level_.weights[k] = taps.weights[k];
@@ -196,10 +221,43 @@ private:
         return row;
     }
 
+    /// The lights about which the geometric normal of the point, or of a record that serves it, says
+    /// something else than the smooth surface does: some of the lamp is below that plane.
+    std::uint64_t bent_lights(const Taps& taps, std::size_t tile, std::uint64_t lights) const {
+        lights &= smooth_lights_;
+        if (lights == 0)
+            return 0;
+        float sine_squared = 0.0f;
+        for (std::size_t k = 0; k < taps.count; ++k) {
+            const glm::vec3& other = taps.columns[k]->normal;
+            if (is_zero(other))
+                continue;
+            const float cosine = glm::dot(normal_, other);
+            sine_squared = (std::max)(sine_squared, 1.0f - cosine * cosine);
+        }
+        // With room for roundings.
+        lights &= store_.lamps().grazing(tile, point_, normal_, 1.01f * sine_squared + 1e-6f);
+        std::uint64_t bent = 0;
+        for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
+            const Lamp& lamp =
+                store_.lamps().lamp(tile * lamps_per_tile + static_cast<std::size_t>(std::countr_zero(rest)));
+            bool is_bent = lamp.is_cut(point_, normal_);
+            for (std::size_t k = 0; k < taps.count && !is_bent; ++k)
+                is_bent = !is_zero(taps.columns[k]->normal) &&
+                          lamp.is_cut(taps.columns[k]->place, taps.columns[k]->normal);
+            if (is_bent)
+                bent |= rest & (~rest + 1u);
+        }
+        return bent;
+    }
+
     /// Gives what is left of the lights' weights to rays from the point itself.
     void add_exact(std::size_t tile, std::uint64_t lights) {
         TileValues values{};
-        store_.exact(point_, normal_, tile, lights, values);
+        if (const std::uint64_t smooth = lights & smooth_lights_; smooth != 0)
+            store_.exact(point_, normal_, smooth_normal_, tile, smooth, values);
+        if (const std::uint64_t others = lights & ~smooth_lights_; others != 0)
+            store_.exact(point_, normal_, tile, others, values);
         for (; lights != 0; lights &= lights - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(lights));
             Lanes& found = blend_.found[l / 8];
@@ -349,6 +407,9 @@ private:
     const Store& store_;
     glm::vec3 point_{0.0f};
     glm::vec3 normal_{0.0f};
+    glm::vec3 smooth_normal_{0.0f};
+    bool is_smooth_ = false;           ///< whether the smooth normal differs from the geometric one
+    std::uint64_t smooth_lights_ = 0;  ///< of the tile, those that the smooth normal faces
     double footprint_ = 0.0;
     int first_level_ = Lattice::base_level;
     Blend blend_;

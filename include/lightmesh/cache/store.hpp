@@ -187,15 +187,28 @@ public:
     /// Shares of lamps that are open, by rays from a surface point itself.
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
                TileValues& values) const {
-        const auto bits = [](float value) -> std::uint64_t {
-            return std::bit_cast<std::uint32_t>(value);
-        };
-        const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
         const double step = lattice_.step(lattice_.finest_level());
-        LampRays<Tracer> rays(tracer_, lamps_, tile,
-                              {off_surface(point, unit_normal, step), unit_normal, seed, step, reach()});
+        LampRays<Tracer> rays(
+            tracer_, lamps_, tile,
+            {off_surface(point, unit_normal, step), unit_normal, seed_of(point), step, reach()});
         rays.find(wanted, static_cast<std::size_t>(settings_.lamp_rays), values);
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
+    }
+
+    /// The same for a point of a smooth surface that coarse facets stand for: rays start on that surface, as
+    /// far above the facet as it takes to clear it, and lamps are seen as its normal sees them.
+    void exact(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
+               std::size_t tile, std::uint64_t wanted, TileValues& values) const {
+        const std::uint64_t seed = seed_of(point);
+        const double step = lattice_.step(lattice_.finest_level());
+        for (; wanted != 0; wanted &= wanted - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(wanted));
+            const Lamp& lamp = lamps_.lamp(tile * lamps_per_tile + l);
+            const glm::vec3 start = lifted(point, unit_normal, smooth_normal, lamp);
+            LampRays<Tracer> rays(tracer_, lamps_, tile, {start, smooth_normal, seed, step, reach()});
+            rays.find(wanted & (~wanted + 1u), static_cast<std::size_t>(settings_.lamp_rays), values);
+            lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
+        }
     }
 
     /// A place moved off its surface: by some roundings of its coordinates and 2^-14 steps.
@@ -222,6 +235,48 @@ private:
     bool is_full() const {
         return settings_.memory_budget != (std::numeric_limits<std::size_t>::max)() &&
                table_.bytes() >= settings_.memory_budget;
+    }
+
+    static std::uint64_t seed_of(const glm::vec3& point) {
+        const auto bits = [](float value) -> std::uint64_t {
+            return std::bit_cast<std::uint32_t>(value);
+        };
+        return mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
+    }
+
+    /// A point moved from its facet to the smooth surface, or beyond: where rays to a lamp below the facet's
+    /// plane clear facets that bend away. How much that takes, the way through the solid to where it leaves
+    /// towards the lamp tells: the solid does not rise above the planes at both of its ends. (Hanika,
+    /// "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021, has the vertices to do it with.) Behind a
+    /// wall that does not bend away, or is not closed, such a ray stays blocked.
+    glm::vec3 lifted(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
+                     const Lamp& lamp) const {
+        const double step = lattice_.step(lattice_.finest_level());
+        const glm::vec3 start = off_surface(point, unit_normal, step);
+        const Lamp::LowWay way = lamp.low_way(point, unit_normal, reach());
+        const double sine = -glm::dot(glm::dvec3(unit_normal), way.direction);
+        if (sine <= 0.0)
+            return start;
+        std::uint64_t rays = 0;
+        const auto out =
+            find_way_out(tracer_, off_surface(point, -unit_normal, step), way.direction, way.length, rays);
+        place_rays_.fetch_add(rays, std::memory_order_relaxed);
+        if (!out)
+            return start;
+        // A ray is before the facet's plane at first, and from some place on before the plane where the way
+        // leaves. The lift is one at which the second begins before the first ends.
+        const glm::dvec3 lift(smooth_normal);
+        const double rise = glm::dot(glm::dvec3(unit_normal), lift) / sine;
+        const double sine_out = glm::dot(out->normal, way.direction);
+        const double rise_out = glm::dot(out->normal, lift);
+        const double both = rise + (rise_out > 0.0 ? rise_out / (std::max)(sine_out, 1e-3) : 0.0);
+        // Seen from higher up, a lamp nearby lies lower.
+        const double nearness = (std::max)(1.0 - out->distance / way.length, 0.1);
+        const glm::vec3 end = start +
+                              static_cast<float>(1.02 * out->distance / (both * nearness)) * smooth_normal +
+                              (start - point);
+        place_rays_.fetch_add(1, std::memory_order_relaxed);
+        return tracer_.occluded({start, end}) ? start : end;
     }
 
     static void reset(Record& record, const RecordKey& key) {
