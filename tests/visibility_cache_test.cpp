@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "hit_tracer.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
 
@@ -29,35 +30,10 @@ using lightmesh::CacheSettings;
 using lightmesh::Light;
 using lightmesh::Segment;
 using lightmesh::VisibilityCache;
+using test::HitTracer;
 using test::Vec;
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-
-/// Knows where segments meet surfaces.
-struct HitTracer {
-    const std::vector<test::Triangle>* triangles;
-
-    bool occluded(const Segment& segment) const { return test::PlainTracer{triangles}.occluded(segment); }
-    std::optional<lightmesh::Hit> closest_hit(const Segment& segment) const {
-        const Vec origin(segment.origin);
-        const Vec way = Vec(segment.target) - origin;
-        double nearest = 2.0;
-        Vec normal(0.0);
-        for (const test::Triangle& t : *triangles) {
-            if (!test::crosses(origin, Vec(segment.target), t))
-                continue;
-            const Vec n = glm::cross(t.b - t.a, t.c - t.a);
-            const double at = glm::dot(t.a - origin, n) / glm::dot(way, n);
-            if (at < nearest) {
-                nearest = at;
-                normal = glm::normalize(n);
-            }
-        }
-        if (nearest > 1.0)
-            return std::nullopt;
-        return lightmesh::Hit{static_cast<float>(nearest * glm::length(way)), glm::vec3(normal)};
-    }
-};
 
 /// The share of a lamp that is open, by many rays in double: plain, without any pattern of the library.
 double share_of(const std::vector<test::Triangle>& scene, const Light& light, const Vec& point,

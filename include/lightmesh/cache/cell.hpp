@@ -2,9 +2,9 @@
 #pragma once
 
 #include <lightmesh/cache/blend.hpp>
+#include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/row.hpp>
-#include <lightmesh/cache/store.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/geometric.hpp>

@@ -3,9 +3,10 @@
 
 #include <lightmesh/cache/blend.hpp>
 #include <lightmesh/cache/cell.hpp>
+#include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/lazy_array.hpp>
-#include <lightmesh/cache/store.hpp>
+#include <lightmesh/cache/point_rays.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/vectors.hpp>
 #include <lightmesh/surface_point.hpp>
@@ -401,7 +402,7 @@ private:
     /// over links.
     void find_seen(std::array<bool, 4>& seen, const CacheCell& cell,
                    const std::array<std::int32_t, 4>& weights, int level) const {
-        const glm::vec3 end = Store::off_surface(point_, normal_, store_.lattice().step(level));
+        const glm::vec3 end = off_surface(point_, normal_, store_.lattice().step(level));
         seen.fill(false);
         std::array<std::size_t, 4> order{0, 1, 2, 3};
         std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
