@@ -282,6 +282,144 @@ TEST_CASE("visibility cache: a sheet close over a floor keeps its light to itsel
     }
 }
 
+TEST_CASE("visibility cache: sheets close to walls of any orientation keep their light to themselves") {
+    // A sheet before a wall, both turned; lamps on the sheet's far side.
+    test::Random random(41);
+    for (int turn = 0; turn < 12; ++turn) {
+        const Vec up = turn < 3 ? Vec(turn == 0, turn == 1, turn == 2) : random.direction();
+        const Vec right = glm::normalize(glm::cross(up, std::abs(up.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+        const Vec forward = glm::cross(up, right);
+        for (const double height : {0.01, 0.05, 0.2, 0.35}) {
+            const auto place = [&](double x, double y, double z) {
+                return x * right + y * forward + z * up;
+            };
+            std::vector<test::Triangle> scene;
+            test::add_quad(scene, place(-6, -6, 0), 12.0 * right, 12.0 * forward);
+            test::add_quad(scene, place(-4, -4, height), 8.0 * right, 8.0 * forward);
+            const std::vector<Light> lights{
+                lightmesh::PointLight{.position = glm::vec3(place(0.3, 0.1, 5.0)), .radius = 0.5f},
+                lightmesh::DirectionalLight{glm::vec3(-up + 0.1 * right), 0.02f}};
+            const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
+            CAPTURE(turn);
+            CAPTURE(height);
+            for (int i = 0; i < 40; ++i) {
+                // Not where lattice points are seen past the sheet's edge, up to 2.4 steps away.
+                const double x = random.uniform(-1.5, 1.5);
+                const double y = random.uniform(-1.5, 1.5);
+                for (std::size_t l = 0; l < lights.size(); ++l) {
+                    CHECK(cache.visibility(glm::vec3(place(x, y, 0.0)), glm::vec3(up), l) == 0.0f);
+                    CHECK(cache.visibility(glm::vec3(place(x, y, height)), glm::vec3(up), l) == 1.0f);
+                    CHECK(cache.visibility(glm::vec3(place(x, y, height)), glm::vec3(-up), l) == 0.0f);
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("visibility cache: no light comes through a double wall, nor through a single thin one") {
+    test::Random random(43);
+    for (const double gap : {0.0, 1e-5, 0.02, 0.3, 0.7}) {
+        for (int turn = 0; turn < 6; ++turn) {
+            const Vec across = turn < 2 ? Vec(turn == 0, turn == 1, 0.0) : random.direction();
+            const Vec right =
+                glm::normalize(glm::cross(across, std::abs(across.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+            const Vec up = glm::cross(across, right);
+            // A wall, or two, from edge to edge of a floor that meets them.
+            std::vector<test::Triangle> scene;
+            test::add_quad(scene, -8.0 * right - 8.0 * up, 16.0 * right, 16.0 * up);
+            if (gap > 0.0)
+                test::add_quad(scene, -8.0 * right - 8.0 * up + gap * across, 16.0 * right, 16.0 * up);
+            test::add_quad(scene, -8.0 * right - 6.0 * across, 16.0 * right, 12.0 * across);
+            const std::vector<Light> lights{lightmesh::PointLight{
+                .position = glm::vec3(2.0 * across + 0.5 * right + 1.0 * up), .radius = 0.4f}};
+            const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
+            CAPTURE(gap);
+            CAPTURE(turn);
+            for (int i = 0; i < 60; ++i) {
+                const double x = random.uniform(-4.0, 4.0);
+                const double far = std::pow(10.0, random.uniform(-5.0, 0.5));
+                // On the floor behind the wall, and on the wall's back.
+                const Vec floor = x * right - far * across;
+                CHECK(cache.visibility(glm::vec3(floor), glm::vec3(up), 0) == 0.0f);
+                CHECK(cache.visibility(glm::vec3(x * right + far * up), glm::vec3(-across), 0) == 0.0f);
+                if (gap > 1e-4)
+                    CHECK(cache.visibility(glm::vec3(x * right + 0.5 * gap * across), glm::vec3(up), 0) ==
+                          0.0f);
+                CHECK(cache.visibility(glm::vec3(x * right + (gap + 1.0 + far) * across), glm::vec3(up), 0) ==
+                      1.0f);
+            }
+        }
+    }
+}
+
+TEST_CASE("visibility cache: far from the origin, and at tiny and huge scales, as near to lamps as at home") {
+    struct Place {
+        double scale, shift;
+    };
+    for (const Place& place : {Place{1.0, 0.0}, Place{1.0, 250000.0}, Place{1e-7, 0.0}, Place{3e9, 0.0}}) {
+        Work work = boxes(9, 60);
+        const Vec shift(place.shift, -0.6 * place.shift, 0.3 * place.shift);
+        const auto move = [&](const Vec& p) {
+            return Vec(glm::vec3(place.scale * p + shift));
+        };
+        for (test::Triangle& t : work.scene)
+            t = {move(t.a), move(t.b), move(t.c)};
+        const auto scale = static_cast<float>(place.scale);
+        for (Light& light : work.lights) {
+            if (auto* lamp = std::get_if<lightmesh::PointLight>(&light)) {
+                lamp->position = glm::vec3(move(Vec(lamp->position)));
+                lamp->radius *= scale;
+            } else if (auto* pane = std::get_if<lightmesh::RectLight>(&light)) {
+                pane->position = glm::vec3(move(Vec(pane->position)));
+                pane->half_u *= scale;
+                pane->half_v *= scale;
+            }
+        }
+        // Points on the moved triangles, whose coordinates are rounded.
+        test::Random random(10);
+        work.points = test::surface_points(random, work.scene, 60);
+        // 250,000 is 1e6 steps.
+        const VisibilityCache cache{HitTracer{&work.scene}, work.lights,
+                                    CacheSettings{.spacing = 0.25f * scale}};
+        std::vector<float> all(work.lights.size());
+        double error = 0.0;
+        double pairs = 0.0;
+        for (const test::SurfacePoint& point : work.points) {
+            cache.visibility(point.position, point.normal, all);
+            for (std::size_t l = 0; l < 3; ++l) {
+                const auto& lamp = std::get<lightmesh::PointLight>(work.lights[l]);
+                if (glm::dot(Vec(lamp.position) - Vec(point.position), Vec(point.normal)) < 0.0) {
+                    CHECK(all[l] == 0.0f);
+                    continue;
+                }
+                // Off the surface by more than the rounding of the coordinates.
+                const Vec from =
+                    Vec(point.position) + (1e-5 * place.scale + 2e-7 * std::abs(shift.x)) * Vec(point.normal);
+                const Vec way = Vec(lamp.position) - from;
+                const auto radius = static_cast<double>(lamp.radius);
+                const Vec axis = glm::normalize(way);
+                const Vec right =
+                    glm::normalize(glm::cross(axis, std::abs(axis.z) < 0.9 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+                int open = 0;
+                for (int i = 0; i < 128; ++i) {
+                    const double ring = std::sqrt((i + random.uniform(0.0, 1.0)) / 128.0);
+                    const double turn = 2.0 * std::numbers::pi * random.uniform(0.0, 1.0);
+                    const Vec to =
+                        way +
+                        radius * ring * (std::cos(turn) * right + std::sin(turn) * glm::cross(right, axis));
+                    const double share = std::max(0.3, 1.0 - 1.15 * radius / glm::length(way));
+                    open += test::blocked(from, from + share * to, work.scene) ? 0 : 1;
+                }
+                error += std::abs(static_cast<double>(all[l]) - open / 128.0);
+                pairs += 1.0;
+            }
+        }
+        CAPTURE(place.scale);
+        CAPTURE(place.shift);
+        CHECK(error / pairs < 0.03);
+    }
+}
+
 TEST_CASE("visibility cache: a slow walk meets no step") {
     std::vector<test::Triangle> scene = floor_scene();
     test::add_box(scene, {-1.0, -0.7, 0.8}, {1.0, 0.9, 0.9});

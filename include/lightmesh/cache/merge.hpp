@@ -4,6 +4,7 @@
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/lamp.hpp>
+#include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/record.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/snapshot_format.hpp>
