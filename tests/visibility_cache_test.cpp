@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "hit_tracer.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
 
@@ -29,35 +30,10 @@ using lightmesh::CacheSettings;
 using lightmesh::Light;
 using lightmesh::Segment;
 using lightmesh::VisibilityCache;
+using test::HitTracer;
 using test::Vec;
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-
-/// Knows where segments meet surfaces.
-struct HitTracer {
-    const std::vector<test::Triangle>* triangles;
-
-    bool occluded(const Segment& segment) const { return test::PlainTracer{triangles}.occluded(segment); }
-    std::optional<lightmesh::Hit> closest_hit(const Segment& segment) const {
-        const Vec origin(segment.origin);
-        const Vec way = Vec(segment.target) - origin;
-        double nearest = 2.0;
-        Vec normal(0.0);
-        for (const test::Triangle& t : *triangles) {
-            if (!test::crosses(origin, Vec(segment.target), t))
-                continue;
-            const Vec n = glm::cross(t.b - t.a, t.c - t.a);
-            const double at = glm::dot(t.a - origin, n) / glm::dot(way, n);
-            if (at < nearest) {
-                nearest = at;
-                normal = glm::normalize(n);
-            }
-        }
-        if (nearest > 1.0)
-            return std::nullopt;
-        return lightmesh::Hit{static_cast<float>(nearest * glm::length(way)), glm::vec3(normal)};
-    }
-};
 
 /// The share of a lamp that is open, by many rays in double: plain, without any pattern of the library.
 double share_of(const std::vector<test::Triangle>& scene, const Light& light, const Vec& point,
@@ -306,6 +282,144 @@ TEST_CASE("visibility cache: a sheet close over a floor keeps its light to itsel
     }
 }
 
+TEST_CASE("visibility cache: sheets close to walls of any orientation keep their light to themselves") {
+    // A sheet before a wall, both turned; lamps on the sheet's far side.
+    test::Random random(41);
+    for (int turn = 0; turn < 12; ++turn) {
+        const Vec up = turn < 3 ? Vec(turn == 0, turn == 1, turn == 2) : random.direction();
+        const Vec right = glm::normalize(glm::cross(up, std::abs(up.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+        const Vec forward = glm::cross(up, right);
+        for (const double height : {0.01, 0.05, 0.2, 0.35}) {
+            const auto place = [&](double x, double y, double z) {
+                return x * right + y * forward + z * up;
+            };
+            std::vector<test::Triangle> scene;
+            test::add_quad(scene, place(-6, -6, 0), 12.0 * right, 12.0 * forward);
+            test::add_quad(scene, place(-4, -4, height), 8.0 * right, 8.0 * forward);
+            const std::vector<Light> lights{
+                lightmesh::PointLight{.position = glm::vec3(place(0.3, 0.1, 5.0)), .radius = 0.5f},
+                lightmesh::DirectionalLight{glm::vec3(-up + 0.1 * right), 0.02f}};
+            const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
+            CAPTURE(turn);
+            CAPTURE(height);
+            for (int i = 0; i < 40; ++i) {
+                // Not where lattice points are seen past the sheet's edge, up to 2.4 steps away.
+                const double x = random.uniform(-1.5, 1.5);
+                const double y = random.uniform(-1.5, 1.5);
+                for (std::size_t l = 0; l < lights.size(); ++l) {
+                    CHECK(cache.visibility(glm::vec3(place(x, y, 0.0)), glm::vec3(up), l) == 0.0f);
+                    CHECK(cache.visibility(glm::vec3(place(x, y, height)), glm::vec3(up), l) == 1.0f);
+                    CHECK(cache.visibility(glm::vec3(place(x, y, height)), glm::vec3(-up), l) == 0.0f);
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("visibility cache: no light comes through a double wall, nor through a single thin one") {
+    test::Random random(43);
+    for (const double gap : {0.0, 1e-5, 0.02, 0.3, 0.7}) {
+        for (int turn = 0; turn < 6; ++turn) {
+            const Vec across = turn < 2 ? Vec(turn == 0, turn == 1, 0.0) : random.direction();
+            const Vec right =
+                glm::normalize(glm::cross(across, std::abs(across.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+            const Vec up = glm::cross(across, right);
+            // A wall, or two, from edge to edge of a floor that meets them.
+            std::vector<test::Triangle> scene;
+            test::add_quad(scene, -8.0 * right - 8.0 * up, 16.0 * right, 16.0 * up);
+            if (gap > 0.0)
+                test::add_quad(scene, -8.0 * right - 8.0 * up + gap * across, 16.0 * right, 16.0 * up);
+            test::add_quad(scene, -8.0 * right - 6.0 * across, 16.0 * right, 12.0 * across);
+            const std::vector<Light> lights{lightmesh::PointLight{
+                .position = glm::vec3(2.0 * across + 0.5 * right + 1.0 * up), .radius = 0.4f}};
+            const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
+            CAPTURE(gap);
+            CAPTURE(turn);
+            for (int i = 0; i < 60; ++i) {
+                const double x = random.uniform(-4.0, 4.0);
+                const double far = std::pow(10.0, random.uniform(-5.0, 0.5));
+                // On the floor behind the wall, and on the wall's back.
+                const Vec floor = x * right - far * across;
+                CHECK(cache.visibility(glm::vec3(floor), glm::vec3(up), 0) == 0.0f);
+                CHECK(cache.visibility(glm::vec3(x * right + far * up), glm::vec3(-across), 0) == 0.0f);
+                if (gap > 1e-4)
+                    CHECK(cache.visibility(glm::vec3(x * right + 0.5 * gap * across), glm::vec3(up), 0) ==
+                          0.0f);
+                CHECK(cache.visibility(glm::vec3(x * right + (gap + 1.0 + far) * across), glm::vec3(up), 0) ==
+                      1.0f);
+            }
+        }
+    }
+}
+
+TEST_CASE("visibility cache: far from the origin, and at tiny and huge scales, as near to lamps as at home") {
+    struct Place {
+        double scale, shift;
+    };
+    for (const Place& place : {Place{1.0, 0.0}, Place{1.0, 250000.0}, Place{1e-7, 0.0}, Place{3e9, 0.0}}) {
+        Work work = boxes(9, 60);
+        const Vec shift(place.shift, -0.6 * place.shift, 0.3 * place.shift);
+        const auto move = [&](const Vec& p) {
+            return Vec(glm::vec3(place.scale * p + shift));
+        };
+        for (test::Triangle& t : work.scene)
+            t = {move(t.a), move(t.b), move(t.c)};
+        const auto scale = static_cast<float>(place.scale);
+        for (Light& light : work.lights) {
+            if (auto* lamp = std::get_if<lightmesh::PointLight>(&light)) {
+                lamp->position = glm::vec3(move(Vec(lamp->position)));
+                lamp->radius *= scale;
+            } else if (auto* pane = std::get_if<lightmesh::RectLight>(&light)) {
+                pane->position = glm::vec3(move(Vec(pane->position)));
+                pane->half_u *= scale;
+                pane->half_v *= scale;
+            }
+        }
+        // Points on the moved triangles, whose coordinates are rounded.
+        test::Random random(10);
+        work.points = test::surface_points(random, work.scene, 60);
+        // 250,000 is 1e6 steps.
+        const VisibilityCache cache{HitTracer{&work.scene}, work.lights,
+                                    CacheSettings{.spacing = 0.25f * scale}};
+        std::vector<float> all(work.lights.size());
+        double error = 0.0;
+        double pairs = 0.0;
+        for (const test::SurfacePoint& point : work.points) {
+            cache.visibility(point.position, point.normal, all);
+            for (std::size_t l = 0; l < 3; ++l) {
+                const auto& lamp = std::get<lightmesh::PointLight>(work.lights[l]);
+                if (glm::dot(Vec(lamp.position) - Vec(point.position), Vec(point.normal)) < 0.0) {
+                    CHECK(all[l] == 0.0f);
+                    continue;
+                }
+                // Off the surface by more than the rounding of the coordinates.
+                const Vec from =
+                    Vec(point.position) + (1e-5 * place.scale + 2e-7 * std::abs(shift.x)) * Vec(point.normal);
+                const Vec way = Vec(lamp.position) - from;
+                const auto radius = static_cast<double>(lamp.radius);
+                const Vec axis = glm::normalize(way);
+                const Vec right =
+                    glm::normalize(glm::cross(axis, std::abs(axis.z) < 0.9 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+                int open = 0;
+                for (int i = 0; i < 128; ++i) {
+                    const double ring = std::sqrt((i + random.uniform(0.0, 1.0)) / 128.0);
+                    const double turn = 2.0 * std::numbers::pi * random.uniform(0.0, 1.0);
+                    const Vec to =
+                        way +
+                        radius * ring * (std::cos(turn) * right + std::sin(turn) * glm::cross(right, axis));
+                    const double share = std::max(0.3, 1.0 - 1.15 * radius / glm::length(way));
+                    open += test::blocked(from, from + share * to, work.scene) ? 0 : 1;
+                }
+                error += std::abs(static_cast<double>(all[l]) - open / 128.0);
+                pairs += 1.0;
+            }
+        }
+        CAPTURE(place.scale);
+        CAPTURE(place.shift);
+        CHECK(error / pairs < 0.03);
+    }
+}
+
 TEST_CASE("visibility cache: a slow walk meets no step") {
     std::vector<test::Triangle> scene = floor_scene();
     test::add_box(scene, {-1.0, -0.7, 0.8}, {1.0, 0.9, 0.9});
@@ -332,6 +446,128 @@ TEST_CASE("visibility cache: a slow walk meets no step") {
         }
         CAPTURE(slope);
         CHECK(largest < 0.01f);
+    }
+}
+
+namespace {
+
+/// A ball of radius 1 of so many segments around and half as many from pole to pole, shaded smoothly.
+class SmoothBall {
+public:
+    explicit SmoothBall(int segments) {
+        const auto corner = [segments](int i, int j) {
+            const double around = 2.0 * std::numbers::pi * i / segments;
+            const double down = 2.0 * std::numbers::pi * j / segments;
+            return Vec(std::sin(down) * std::cos(around), std::sin(down) * std::sin(around), std::cos(down));
+        };
+        for (int i = 0; i < segments; ++i) {
+            for (int j = 0; j < segments / 2; ++j) {
+                if (j > 0)
+                    triangles.push_back(test::rounded(corner(i, j), corner(i, j + 1), corner(i + 1, j)));
+                if (j + 1 < segments / 2)
+                    triangles.push_back(
+                        test::rounded(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)));
+            }
+        }
+    }
+
+    /// Where a way from the middle leaves the ball.
+    lightmesh::SurfacePoint at(const Vec& direction) const {
+        for (const test::Triangle& t : triangles) {
+            const Vec n = glm::cross(t.b - t.a, t.c - t.a);
+            const double share = glm::dot(t.a, n) / glm::dot(direction, n);
+            const Vec p = share * direction;
+            const double a = glm::dot(n, glm::cross(t.c - t.b, p - t.b)) / glm::dot(n, n);
+            const double b = glm::dot(n, glm::cross(t.a - t.c, p - t.c)) / glm::dot(n, n);
+            if (share <= 0.0 || a < 0.0 || b < 0.0 || a + b > 1.0)
+                continue;
+            // Corners lie on the ball, so they are their own normals.
+            return {.position = glm::vec3(p),
+                    .normal = glm::vec3(glm::normalize(n)),
+                    .shading_normal = glm::vec3(glm::normalize(a * t.a + b * t.b + (1.0 - a - b) * t.c))};
+        }
+        return {};
+    }
+
+    std::vector<test::Triangle> triangles;
+};
+
+}  // namespace
+
+TEST_CASE("visibility cache: on smooth-shaded balls of few segments the light fades out without facets") {
+    const std::vector<Light> lights{lightmesh::DirectionalLight{{-1.0f, 0.3f, -0.4f}},
+                                    lightmesh::DirectionalLight{{0.2f, 1.0f, 0.3f}, 0.05f},
+                                    lightmesh::PointLight{.position = {3.0f, 1.0f, 2.0f}},
+                                    lightmesh::PointLight{.position = {-2.0f, 2.0f, 1.0f}, .radius = 0.4f}};
+    for (const int segments : {8, 12}) {
+        const SmoothBall ball(segments);
+        for (const float spacing : {0.05f, 0.3f, 1.0f}) {
+            const VisibilityCache cache{HitTracer{&ball.triangles}, lights,
+                                        CacheSettings{.spacing = spacing}};
+            std::vector<float> all(lights.size());
+            std::vector<double> largest(lights.size()), largest_flat(lights.size());
+            for (const double tilt : {0.1, 0.8, 1.4}) {
+                std::vector<double> before(lights.size(), NAN);
+                for (int i = 0; i < 1440; ++i) {
+                    const double turn = 2.0 * std::numbers::pi * i / 1440.0;
+                    const lightmesh::SurfacePoint point = ball.at(
+                        {std::cos(turn), std::sin(turn) * std::cos(tilt), std::sin(turn) * std::sin(tilt)});
+                    cache.visibility(point, all);
+                    for (std::size_t l = 0; l < lights.size(); ++l) {
+                        const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lights[l]);
+                        const auto* lamp = std::get_if<lightmesh::PointLight>(&lights[l]);
+                        const Vec way =
+                            sun != nullptr ? -Vec(sun->direction) : Vec(lamp->position - point.position);
+                        const double cosine = glm::dot(Vec(point.shading_normal), glm::normalize(way));
+                        const double now = static_cast<double>(all[l]) * std::max(0.0, cosine);
+                        // Nothing shadows the ball but itself.
+                        if (cosine > 0.25)
+                            CHECK(all[l] > 0.85f);
+                        if (!std::isnan(before[l]))
+                            largest[l] = std::max(largest[l], std::abs(now - before[l]));
+                        before[l] = now;
+                    }
+                }
+            }
+            CAPTURE(segments);
+            CAPTURE(spacing);
+            for (std::size_t l = 0; l < lights.size(); ++l) {
+                CAPTURE(l);
+                CHECK(largest[l] < 0.05);
+            }
+        }
+    }
+}
+
+TEST_CASE("visibility cache: shading normals let no light into a closed room") {
+    // Walls with and without thickness, whose normals lean towards the middle, as rounded corners have them.
+    for (const double thickness : {0.0, 0.2, 5.0}) {
+        std::vector<test::Triangle> scene;
+        test::add_box(scene, Vec(-1.0), Vec(1.0));
+        if (thickness > 0.0)
+            test::add_box(scene, Vec(-1.0 - thickness), Vec(1.0 + thickness));
+        const std::vector<Light> lights{
+            lightmesh::DirectionalLight{{-1.0f, 0.3f, -0.2f}, 0.05f},
+            lightmesh::PointLight{.position = {1.1f, -9.0f, 0.4f}, .radius = 0.3f}};
+        const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.2f}};
+        const VisibilityCache bisected{test::PlainTracer{&scene}, lights, CacheSettings{.spacing = 0.2f}};
+        test::Random random(5);
+        for (int i = 0; i < 200; ++i) {
+            Vec point = random.in_box(Vec(-1.0), Vec(1.0));
+            const int axis = i % 3;
+            point[axis] = i % 2 == 0 ? 1.0 : -1.0;
+            Vec normal(0.0);
+            normal[axis] = -point[axis];
+            const lightmesh::SurfacePoint asked{.position = glm::vec3(point),
+                                                .normal = glm::vec3(normal),
+                                                .shading_normal =
+                                                    glm::vec3(glm::normalize(normal - 0.9 * point))};
+            for (std::size_t l = 0; l < lights.size(); ++l) {
+                CHECK(cache.visibility(asked, l) == 0.0f);
+                if (i < 30)
+                    CHECK(bisected.visibility(asked, l) == 0.0f);
+            }
+        }
     }
 }
 

@@ -46,6 +46,7 @@ struct PathRay {
     glm::vec3 weight;
     int pixel;
     int depth;
+    float width;  ///< of the pixel's cone at the origin
 };
 
 /// Tiles are rendered in three steps, each for many points at once: rays are followed to all surfaces that
@@ -60,6 +61,7 @@ public:
     /// Renders the pixels from (left, top) on, as far as there are any, into `image`.
     void render(const View& view, int left, int top, Image& image) {
         const Stopwatch watch;
+        pixel_angle_ = view.pixel_angle();
         const int width = (std::min)(tile_size, image.width - left);
         const int height = (std::min)(tile_size, image.height - top);
         colours_.assign(static_cast<std::size_t>(width * height), glm::vec3(0.0f));
@@ -92,7 +94,8 @@ private:
             const float x = static_cast<float>(column) + place.x;
             const float y = static_cast<float>(row) + place.y;
             ++statistics_.primary_rays;
-            rays_.push_back({view.origin(x, y), view.direction(x, y), glm::vec3(1.0f / count), pixel, 0});
+            rays_.push_back({view.origin(x, y), view.direction(x, y), glm::vec3(1.0f / count), pixel, 0,
+                             view.pixel_width()});
             follow_rays();
         }
     }
@@ -124,37 +127,41 @@ private:
         positions_.push_back(hit.position);
         normals_.push_back(hit.geometric_normal);
         seeds_.push_back(random_.next());
-        follow_on(ray, hit);
+        shading_normals_.push_back(hit.shading_normal);
+        // Mirrors and glass are taken for flat: the cone goes on as wide as it has become.
+        footprints_.push_back(ray.width + pixel_angle_ * glm::distance(ray.origin, hit.position));
+        follow_on(ray, hit, footprints_.back());
         if (hits_.size() == most_points_)
             shade_points();
     }
 
-    void follow_on(const PathRay& ray, const Hit& hit) {
+    void follow_on(const PathRay& ray, const Hit& hit, float width) {
         if (ray.depth >= options_.depth_limit)
             return;
         const Material& material = model().materials[hit.material];
         const Surface surface = surface_at(model(), material, hit.triangle, hit.u, hit.v);
         const glm::vec3 way = scene_.offset() * hit.geometric_normal;
         const glm::vec3 mirrored = glm::reflect(ray.direction, hit.shading_normal);
-        follow_on(ray, hit.position + way, mirrored, glm::vec3(surface.k_s));
+        follow_on(ray, hit.position + way, mirrored, glm::vec3(surface.k_s), width);
         const glm::vec3 through = refracted(hit, ray.direction, material.refraction_index);
         const bool enters = glm::dot(through, hit.geometric_normal) < 0.0f;
-        follow_on(ray, hit.position + (enters ? -way : way), through, surface.k_t);
+        follow_on(ray, hit.position + (enters ? -way : way), through, surface.k_t, width);
     }
 
     void follow_on(const PathRay& ray, const glm::vec3& origin, const glm::vec3& direction,
-                   const glm::vec3& share) {
+                   const glm::vec3& share, float width) {
         const glm::vec3 weight = share * ray.weight;
         if ((std::max)({weight.x, weight.y, weight.z}) * static_cast<float>(options_.samples) < least_weight)
             return;
         ++statistics_.secondary_rays;
-        rays_.push_back({origin, direction, weight, ray.pixel, ray.depth + 1});
+        rays_.push_back({origin, direction, weight, ray.pixel, ray.depth + 1, width});
     }
 
     void shade_points() {
         const std::size_t light_count = model().lights.size();
         lit_.resize(hits_.size() * light_count);
-        visibility_.find({positions_, normals_, seeds_}, lit_, statistics_.visibility);
+        visibility_.find({positions_, normals_, seeds_, shading_normals_, footprints_}, lit_,
+                         statistics_.visibility);
         const Stopwatch watch;
         for (std::size_t i = 0; i < hits_.size(); ++i) {
             const PathRay& ray = arrivals_[i];
@@ -169,6 +176,8 @@ private:
         positions_.clear();
         normals_.clear();
         seeds_.clear();
+        shading_normals_.clear();
+        footprints_.clear();
     }
 
     const EmbreeScene& scene_;
@@ -177,6 +186,7 @@ private:
     std::size_t most_points_;
     RenderStatistics statistics_;
     Random random_{0};  // the pixel's own
+    float pixel_angle_ = 0.0f;
     std::vector<PathRay> rays_;
     std::vector<glm::vec3> colours_;
 
@@ -186,6 +196,8 @@ private:
     std::vector<glm::vec3> positions_;
     std::vector<glm::vec3> normals_;
     std::vector<std::uint32_t> seeds_;
+    std::vector<glm::vec3> shading_normals_;
+    std::vector<float> footprints_;
     std::vector<float> lit_;
 };
 

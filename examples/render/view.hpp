@@ -19,6 +19,7 @@ public:
         is_orthographic_ = camera.orthographic_height > 0.0f;
         const float half = is_orthographic_ ? 0.5f * camera.orthographic_height
                                             : std::tan(0.5f * camera.vertical_field_of_view);
+        pixel_ = 2.0f * half / static_cast<float>(height);
         right_ = right * (half * static_cast<float>(width) / static_cast<float>(height));
         up_ = glm::cross(right, forward_) * half;
     }
@@ -32,6 +33,10 @@ public:
         return is_orthographic_ ? forward_ : glm::normalize(forward_ + aside(column, row));
     }
 
+    /// How wide a pixel is at the eye, world units, and by how much it widens with each unit of distance.
+    float pixel_width() const { return is_orthographic_ ? pixel_ : 0.0f; }
+    float pixel_angle() const { return is_orthographic_ ? 0.0f : pixel_; }
+
 private:
     glm::vec3 aside(float column, float row) const {
         const float x = 2.0f * column / static_cast<float>(width_) - 1.0f;
@@ -40,6 +45,7 @@ private:
     }
 
     bool is_orthographic_;
+    float pixel_;
     int width_;
     int height_;
     glm::vec3 eye_;

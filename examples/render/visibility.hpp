@@ -37,6 +37,8 @@ struct SurfacePoints {
     std::span<const glm::vec3> positions;
     std::span<const glm::vec3> normals;    ///< geometric, unit length, on the shaded side
     std::span<const std::uint32_t> seeds;  ///< random, but the same whenever the same picture is rendered
+    std::span<const glm::vec3> shading_normals{};  ///< as `lightmesh::SurfacePoint` has them; or empty
+    std::span<const float> footprints{};           ///< the same
 };
 
 /// How lit surface points are: all that the algorithms of `lightmesh-render` differ in. Const members may be

@@ -78,6 +78,12 @@ public:
     const Grid& grid() const { return data().grid(); }
     /// As they were passed in.
     const Settings& settings() const { return data().settings(); }
+    /// How V(L, x) is found.
+    LongTest long_test() const {
+        constexpr LongTest kind = Filler::LongTestsType::kind;
+        return kind == LongTest::shadow_maps && settings().refine_shadow_maps ? LongTest::refined_shadow_maps
+                                                                              : kind;
+    }
 
     /// S_i(P) of equation (3) for one light: how lit the point is, 0 in shadow to 1 lit. Throws
     /// std::out_of_range for a light that is not there. `spent`, if given, has this query's cost added.
@@ -171,12 +177,6 @@ private:
     using Filler = detail::MeshFiller<Tracer, typename detail::LongTestsOf<Source>::Type>;
 
     const detail::MeshData& data() const { return filler_->data(); }
-
-    LongTest long_test() const {
-        constexpr LongTest kind = Filler::LongTestsType::kind;
-        return kind == LongTest::shadow_maps && settings().refine_shadow_maps ? LongTest::refined_shadow_maps
-                                                                              : kind;
-    }
 
     /// Calls visit(first, positions, normals) for blocks of points, until it returns false; returns whether
     /// it never did.

@@ -35,9 +35,9 @@ struct Settings {
     float quality = 4.0f;
     /// What keeps light and shadow from leaking through walls.
     ShortTest short_test = ShortTest::linked;
-    /// Whether long tests are found by samples: in each brick of 4x4x4 light points 16 for each light, and the
-    /// others only if these disagree, else they are taken for the same. Saves a third of the rays in foliage
-    /// and two thirds elsewhere. `ShortTest::exact` does without.
+    /// Whether long tests are found by samples: in each brick of 4x4x4 light points 16 for each light, and
+    /// the others only if these disagree, else they are taken for the same. Saves a third of the rays in
+    /// foliage and two thirds elsewhere. `ShortTest::exact` does without.
     bool adaptive_long_tests = true;
     /// One point of the grid, in world units, of magnitude up to 1e18; all others lie at origin + h * (i, j,
     /// k). NaN, the default, stands for an uneven fraction of the step in each axis, so that walls at round

@@ -3,8 +3,14 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/diagnostics.hpp>
+#include <lightmesh/cache/frozen_store.hpp>
+#include <lightmesh/cache/query.hpp>
+#include <lightmesh/cache/snapshot_format.hpp>
+#include <lightmesh/cache/snapshot_reader.hpp>
+#include <lightmesh/cache_settings.hpp>
 #include <lightmesh/fill/long_test.hpp>
 #include <lightmesh/fill/mesh_filler.hpp>
+#include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/mesh/snapshot_reader.hpp>
@@ -13,18 +19,24 @@
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
+#include <lightmesh/surface_point.hpp>
+#include <lightmesh/visibility_cache.hpp>
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 namespace lightmesh {
 
-/// A mesh that was saved by `LightMesh::snapshot`, read where its bytes stand: in a vector, or in a file that
-/// is mapped into memory. Nothing is copied but the lights.
+/// A mesh or a cache that was saved by `LightMesh::snapshot` or `VisibilityCache::snapshot`, read where its
+/// bytes stand: in a vector, or in a file that is mapped into memory. Nothing is copied but the lights.
 ///
 /// Queries are const, may be made from any number of threads, and allocate nothing unless a tracer has to
 /// find what the snapshot lacks.
@@ -32,36 +44,70 @@ class SnapshotView {
 public:
     /// `bytes` must outlive the view and begin at a multiple of 16. All of them are checked: throws
     /// std::invalid_argument that says what is wrong.
-    explicit SnapshotView(std::span<const std::byte> bytes)
-        : reader_(std::make_unique<const detail::SnapshotReader>(bytes)) {}
+    explicit SnapshotView(std::span<const std::byte> bytes) {
+        if (detail::is_cache_snapshot(bytes))
+            cache_ = std::make_unique<const detail::CacheReader>(bytes);
+        else
+            reader_ = std::make_unique<const detail::SnapshotReader>(bytes);
+        if (cache_)
+            mesh_settings_ = cache_->row_source().settings();
+    }
     /// A view of bytes that are about to vanish is a mistake.
     explicit SnapshotView(std::vector<std::byte>&&) = delete;
 
     /// Number of lights: the columns of a query's result.
-    std::size_t light_count() const { return reader_->user_lights().size(); }
-    /// The lights that the mesh had.
-    std::span<const Light> lights() const { return reader_->user_lights(); }
-    /// The settings that the mesh had, but those of shadow maps; the origin is that of its grid.
-    const Settings& settings() const { return reader_->settings(); }
+    std::size_t light_count() const { return lights().size(); }
+    /// The lights that the mesh or the cache had.
+    std::span<const Light> lights() const { return cache_ ? cache_->user_lights() : reader_->user_lights(); }
+    /// Whether it is of a cache.
+    bool is_cache() const { return cache_ != nullptr; }
+    /// The settings that the mesh had, but those of shadow maps; the origin is that of its grid. Of a cache
+    /// of blur rows: those of its mesh.
+    const Settings& settings() const { return cache_ ? mesh_settings_ : reader_->settings(); }
+    /// The settings that the cache had, but its memory budget; of a mesh the default.
+    CacheSettings cache_settings() const { return cache_ ? cache_->settings() : CacheSettings{}; }
 
     /// S_i(P) of every light without a tracer, as `LightMesh::visibility`; NaN for what needs a ray or a word
     /// that is not there. So with `ShortTest::none` all that was asked before is answered, but points without
     /// neighbours; with the other short tests lights that cannot reach the point are 0, and all others NaN.
-    /// Returns the number of NaN, also those of points or normals that are not finite. Throws as
+    /// Of a cache what was asked before is answered where no ray guards against leaks, which is most of flat
+    /// surfaces. Returns the number of NaN, also those of points or normals that are not finite. Throws as
     /// `LightMesh::visibility`.
     std::size_t visibility(const glm::vec3& point, const glm::vec3& normal, std::span<float> all) const {
+        return visibility(SurfacePoint{.position = point, .normal = normal}, all);
+    }
+    /// The same for a point that carries more than P and n.
+    std::size_t visibility(const SurfacePoint& at, std::span<float> all) const {
         check_size(all);
+        if (cache_)
+            return query_cache(at, all);
+        const glm::vec3& point = at.position;
+        const glm::vec3& normal = at.normal;
         return detail::query_view(reader_->view(), point, normal, all);
     }
 
     /// The same as the live mesh gives, to the bit, if `tracer` is of the same scene: rays of it are short
     /// tests, and find what is not there, each time anew. A snapshot of a mesh with shadow maps or volumes
-    /// has the same values only where nothing is missing: long tests here are rays.
+    /// has the same values only where nothing is missing: long tests here are rays. Throws
+    /// std::invalid_argument if the snapshot is of a cache and the tracer has `closest_hit` where the cache's
+    /// had not, or has not where that had. `spent` counts for meshes only.
     template <class Tracer>
     void visibility(const Tracer& tracer, const glm::vec3& point, const glm::vec3& normal,
                     std::span<float> all, QueryStatistics* spent = nullptr) const {
+        visibility(tracer, SurfacePoint{.position = point, .normal = normal}, all, spent);
+    }
+    /// The same for a point that carries more than P and n.
+    template <class Tracer>
+    void visibility(const Tracer& tracer, const SurfacePoint& at, std::span<float> all,
+                    QueryStatistics* spent = nullptr) const {
         static_assert(check_intersector<Tracer>());
         check_size(all);
+        if (cache_) {
+            query_cache(tracer, at, all);
+            return;
+        }
+        const glm::vec3& point = at.position;
+        const glm::vec3& normal = at.normal;
         try {
             detail::BlockQuery(detail::FrozenFiller<Tracer>(tracer, reader_->view()), spent)
                 .run({&point, 1}, {&normal, 1}, all);
@@ -73,11 +119,49 @@ public:
     }
 
 private:
+    std::size_t query_cache(const SurfacePoint& at, std::span<float> all) const {
+        const detail::NoTracer nothing;
+        const detail::FrozenCacheStore<detail::NoTracer> store(nothing, *cache_);
+        detail::CacheQuery query(store);
+        try {
+            query.all(at, all);
+        } catch (const detail::NotInCacheSnapshot&) {
+            for (std::size_t light = 0; light < all.size(); ++light) {
+                try {
+                    all[light] = query.one(at, light);
+                } catch (const detail::NotInCacheSnapshot&) {
+                    all[light] = std::numeric_limits<float>::quiet_NaN();
+                }
+            }
+        }
+        return static_cast<std::size_t>(
+            std::ranges::count_if(all, [](float lit) { return std::isnan(lit); }));
+    }
+
+    template <class Tracer>
+    void query_cache(const Tracer& tracer, const SurfacePoint& at, std::span<float> all) const {
+        if (detail::place_kind<Tracer>() != cache_->places())
+            throw std::invalid_argument("lightmesh: one of tracer and snapshot has found places by "
+                                        "closest_hit, the other by bisection");
+        const detail::FrozenCacheStore<Tracer> store(tracer, *cache_);
+        try {
+            detail::CacheQuery(store).all(at, all);
+        } catch (const detail::NotInCacheSnapshot&) {
+            if (cache_->row_source().is_mesh == 0)
+                VisibilityCache<Tracer>(tracer, lights(), cache_->settings()).visibility(at, all);
+            else
+                VisibilityCache{LightMesh<Tracer>(tracer, lights(), mesh_settings_), cache_->settings()}
+                    .visibility(at, all);
+        }
+    }
+
     void check_size(std::span<float> all) const {
         detail::require_size("visibilities", all.size(), light_count());
     }
 
-    std::unique_ptr<const detail::SnapshotReader> reader_;
+    std::unique_ptr<const detail::SnapshotReader> reader_;  ///< null for a cache
+    std::unique_ptr<const detail::CacheReader> cache_;      ///< null for a mesh
+    Settings mesh_settings_;                                ///< of a cache's mesh
 };
 
 }  // namespace lightmesh

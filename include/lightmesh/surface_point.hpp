@@ -14,7 +14,11 @@ struct SurfacePoint {
     /// pixel's angle times the length of the path from the eye, through mirrors and glass the whole path. 0,
     /// NaN or negative: unknown. What is stored never depends on it.
     float footprint = 0.0f;
-    /// The interpolated normal of smooth shading; zero: there is none.
+    /// The interpolated normal of smooth shading, of any length, for a `VisibilityCache`; zero, not finite or
+    /// on the other side than `normal`: there is none. Light that ends at a facet's plane would show the
+    /// facets. With this it fades out as on the smooth surface: a lamp counts if it is above this normal's
+    /// plane, and where a facet's plane hides some of it, up to `CacheSettings::lamp_rays` rays, and two
+    /// more, tell how much is open, always.
     glm::vec3 shading_normal{0.0f};
 };
 

@@ -3,9 +3,15 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/diagnostics.hpp>
+#include <lightmesh/bounds.hpp>
+#include <lightmesh/cache/merge.hpp>
 #include <lightmesh/cache/query.hpp>
+#include <lightmesh/cache/snapshot_format.hpp>
+#include <lightmesh/cache/snapshot_reader.hpp>
+#include <lightmesh/cache/snapshot_writer.hpp>
 #include <lightmesh/cache/store.hpp>
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
@@ -24,6 +30,9 @@
 #include <vector>
 
 namespace lightmesh {
+
+template <class Tracer, class Source>
+class LightMesh;
 
 /// Penumbrae of lamps with sizes. Keeps, for places on surfaces, which share of each lamp is open, in bytes,
 /// and blends four such records for a point between them. Where records differ, finer ones are made: along
@@ -49,7 +58,8 @@ namespace lightmesh {
 /// that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero normal
 /// gives rays from the point itself, with no chi. A finite point beyond 2^25 of the finest steps throws
 /// std::out_of_range. As in equation (3), S = 0 where a light's centre is below the tangent plane, out of
-/// range, or where the point is outside its cone or behind a rectangle.
+/// range, or where the point is outside its cone or behind a rectangle. `SurfacePoint::shading_normal` puts
+/// the smooth surface in the place of that plane.
 template <class Tracer, class Rows = LampRows>
 class VisibilityCache {
     static_assert(check_intersector<Tracer>());
@@ -62,13 +72,17 @@ public:
         : store_(std::make_unique<const Store>(std::move(tracer), LampRows{}, lights, settings)) {}
 
     /// S of equation (3) at records on surfaces, from a light mesh, which the cache owns: the published blur
-    /// without steps. `Mesh` has `tracer()`, `lights()` and `visibility(P, n, span)`.
+    /// without steps. `Mesh` is a `LightMesh`.
     template <class Mesh>
     VisibilityCache(Mesh mesh, const CacheSettings& settings) requires std::same_as<Rows, MeshRows<Mesh>>
         : store_(make_store(std::move(mesh), settings)) {}
 
     /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return store_->lamps().size(); }
+    /// As they were passed in.
+    std::span<const Light> lights() const { return store_->user_lights(); }
+    /// The cache's copy of the adapter.
+    const Tracer& tracer() const { return store_->tracer(); }
     /// As they were passed in.
     const CacheSettings& settings() const { return store_->settings(); }
     /// The light mesh of blur rows.
@@ -118,12 +132,65 @@ public:
                       all.subspan(i * light_count(), light_count()));
     }
 
+    /// Finds and keeps ahead of queries what they will need at these points: then they are as fast as on a
+    /// filled cache. From time to time progress(done, total), in points, is called; if it returns false,
+    /// filling ends there. Returns whether it went to the end. May be called from any number of threads, for
+    /// parts of the points each.
+    template <class Progress>
+    bool fill(std::span<const SurfacePoint> points, Progress&& progress) const {
+        constexpr std::size_t block = 256;
+        std::vector<float> unused(light_count());
+        Query query(*store_);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            query.all(points[i], unused);
+            const bool ends_block = (i + 1) % block == 0 || i + 1 == points.size();
+            if (ends_block && !static_cast<bool>(progress(i + 1, points.size())))
+                return false;
+        }
+        return true;
+    }
+    /// The same without progress.
+    void fill(std::span<const SurfacePoint> points) const {
+        fill(points, [](std::size_t, std::size_t) { return true; });
+    }
+
+    /// All that the cache knows, as one block of bytes that can be saved, sent, merged into another cache,
+    /// and read in place by a `SnapshotView`. Caches that know the same have the same bytes. The mesh of blur
+    /// rows is not part of it. May be taken while other threads query. Throws std::bad_alloc.
+    std::vector<std::byte> snapshot() const {
+        return detail::CacheSnapshotWriter(store_->table())
+            .write(settings(), lights(), detail::place_kind<Tracer>(), row_source());
+    }
+
+    /// Adds what a snapshot knows and this cache lacks: of a cache with the same spacing, origin and
+    /// lamp_rays, of the same scene; of blur rows, also with the same radius, quality, origin and short test
+    /// of the mesh. Places that `closest_hit` found and places found by bisection are not mixed. Lights
+    /// belong together by their numbers; those that differ contribute nothing, nor does anything that may
+    /// have to do with the boxes in `changed`, where the scene is another one than it was for the snapshot.
+    /// `bytes` must begin at a multiple of 16. What `CacheSettings::memory_budget` has no room for is left
+    /// out.
+    ///
+    /// Everything is checked before the cache is touched: throws std::invalid_argument that says what is
+    /// wrong with the bytes, or that more than 1 in 1,000 values that both know differ. Where fewer differ,
+    /// the cache keeps its own. An exclusive call: nothing else may use the cache meanwhile.
+    void merge(std::span<const std::byte> bytes, std::span<const Bounds> changed = {}) {
+        const detail::CacheReader from(bytes);
+        detail::CacheMerge(*store_, from, detail::place_kind<Tracer>(), row_source(), changed).run();
+    }
+
     /// What the cache holds by now, without its mesh.
     CacheStatistics statistics() const { return store_->statistics(); }
 
 private:
     using Store = detail::CacheStore<Tracer, Rows>;
     using Query = detail::CacheQuery<Store>;
+
+    detail::RowSource row_source() const {
+        if constexpr (std::same_as<Rows, LampRows>)
+            return {};
+        else
+            return {mesh().settings(), mesh().long_test()};
+    }
 
     template <class Mesh>
     static std::unique_ptr<const Store> make_store(Mesh mesh, const CacheSettings& settings) {

@@ -96,8 +96,9 @@ concept BatchIntersector = Intersector<T> &&
 ///
 /// The surfaces are those of `occluded`: nothing if the segment is open, else the hit nearest to its origin,
 /// with the geometric normal there, to either side. A cache asks once for each of its records, on the thread
-/// that queries, along the axes of its lattice and over at most 5 of its steps. Without this member it finds
-/// the place by bisection with `occluded`, to 2^-13 of 2.5 steps, and the normal from two more such places
+/// that queries, along the axes of its lattice and over at most 5 of its steps; and, for points with a
+/// `shading_normal`, towards lamps below their facet, from inside the solid. Without this member it finds the
+/// place by bisection with `occluded`, to 2^-13 of 2.5 steps, and the normal from two more such places
 /// beside it: about 40 segments for a record, and surfaces smaller than an eighth of a step are not told
 /// apart. The two do not give the same records.
 template <class T>

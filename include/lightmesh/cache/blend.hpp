@@ -22,6 +22,21 @@ struct Blend {
     std::array<Lanes, 8> found;
     std::array<Lanes, 8> left;
 
+    /// Gives what is left of some lights' weights to the values of a row.
+    void add(const TileRow& row, std::uint64_t lights) {
+        const Lanes bit{1, 2, 4, 8, 16, 32, 64, 128};
+        for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
+            const int o = std::countr_zero(octets);
+            const Lanes octet = Lanes{} + static_cast<std::uint32_t>(lights >> 8 * o & 255u);
+            Lanes& rest = left[static_cast<std::size_t>(o)];
+            const Lanes given = (octet & bit) != 0 ? rest : Lanes{};
+            Lanes bytes;
+            spread_bytes(row.octet(o), bytes);
+            found[static_cast<std::size_t>(o)] += given * (bytes << 8);
+            rest -= given;
+        }
+    }
+
     /// With all of the weight left for some lights, and none for others.
     void start(std::uint64_t lights) {
         const Lanes bit{1, 2, 4, 8, 16, 32, 64, 128};
@@ -46,6 +61,12 @@ struct BlendLevel {
     const TileRow* probe = nullptr;
     std::uint32_t window = 0;  ///< weight of the probe
 };
+
+/// Marks the lights of which the centre of a cell says the contrary of what its four records say.
+inline void mark_missed(Lanes& marks, const Lanes& centre, const Lanes& least, const Lanes& greatest) {
+    marks |=
+        ((centre == 0) & (least > 153u)) | ((centre == 255u) & (greatest < 102u)) ? Lanes{} + 1u : Lanes{};
+}
 
 /// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.1, .35) of the
 /// greatest weighted difference between one row and their blend. Returns the lights that the next level has
@@ -101,8 +122,9 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         if (level.probe != nullptr) {
             Lanes probe;
             spread_bytes(probed, probe);
-            const auto missed = ((probe == 0) & (least > 153u)) | ((probe == 255u) & (greatest < 102u));
-            keep_greater(beta, missed ? Lanes{} + level.window : Lanes{});
+            Lanes missed{};
+            mark_missed(missed, probe, least, greatest);
+            keep_greater(beta, missed * level.window);
         }
         keep_greater(beta, Lanes{} + level.force);
         beta = beta * (level.fade >> 1) >> 14;

@@ -40,6 +40,33 @@ std::optional<float> bisect_fall(const Tracer& tracer, const glm::vec3& start, c
     return open * length;
 }
 
+/// How far it is to the first surface from a point inside a solid, and the unit normal there, outwards; zero
+/// where the adapter does not tell.
+struct WayOut {
+    double distance;
+    glm::dvec3 normal;
+};
+
+template <Intersector Tracer>
+std::optional<WayOut> find_way_out(const Tracer& tracer, const glm::vec3& start, const glm::dvec3& direction,
+                                   double length, std::uint64_t& rays) {
+    if constexpr (ClosestHitIntersector<Tracer>) {
+        ++rays;
+        const auto hit = tracer.closest_hit({start, glm::vec3(glm::dvec3(start) + length * direction)});
+        if (!hit || !std::isfinite(hit->distance))
+            return std::nullopt;
+        const glm::dvec3 normal(is_finite(hit->normal) ? unit_or_zero(hit->normal) : glm::vec3(0.0f));
+        return WayOut{static_cast<double>(hit->distance),
+                      glm::dot(normal, direction) < 0.0 ? -normal : normal};
+    } else {
+        const auto distance =
+            bisect_fall(tracer, start, glm::vec3(direction), static_cast<float>(length), rays);
+        if (!distance)
+            return std::nullopt;
+        return WayOut{static_cast<double>(*distance), glm::dvec3(0.0)};
+    }
+}
+
 /// The first surface below a point, within `length`.
 template <Intersector Tracer>
 std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& start, const Way& way,

@@ -63,6 +63,32 @@ public:
         return height < -size_;
     }
 
+    /// Whether the plane through a point leaves some of the lamp below.
+    bool is_cut(const glm::vec3& point, const glm::vec3& unit_normal) const {
+        const glm::dvec3 n(unit_normal);
+        const glm::dvec3 at(shape_.at);
+        return glm::dot(n, shape_.is_directional ? at : at - glm::dvec3(point)) < extent_along(n);
+    }
+
+    /// How far the lamp reaches at most from its centre along any direction; of a directional light at
+    /// distance 1.
+    double extent() const { return is_rectangle_ ? glm::length(half_u_) + glm::length(half_v_) : size_; }
+
+    /// The way, of length 1, from a point to the part of the lamp that is lowest over the plane through the
+    /// point; and how long it is.
+    struct LowWay {
+        glm::dvec3 direction;
+        double length;
+    };
+    LowWay low_way(const glm::vec3& point, const glm::vec3& unit_normal, double reach) const {
+        const glm::dvec3 n(unit_normal);
+        glm::dvec3 way =
+            shape_.is_directional ? glm::dvec3(shape_.at) : glm::dvec3(shape_.at) - glm::dvec3(point);
+        way -= extent_along(n) * n;
+        const double length = glm::length(way);
+        return {length > 0.0 ? way / length : n, shape_.is_directional ? reach : (std::min)(length, reach)};
+    }
+
     /// The lamp as seen from one point: where rays go.
     class View {
     public:
@@ -130,6 +156,12 @@ public:
     };
 
 private:
+    double extent_along(const glm::dvec3& unit_normal) const {
+        return is_rectangle_
+                   ? std::abs(glm::dot(unit_normal, half_u_)) + std::abs(glm::dot(unit_normal, half_v_))
+                   : size_;
+    }
+
     LightShape shape_;
     bool is_rectangle_ = false;
     double size_ = 0.0;  ///< radius; of a directional light the tangent of its angle

@@ -32,7 +32,7 @@ public:
         for (std::size_t i = 0; i < lights.size(); ++i) {
             check_light(lights[i], "light " + to_text(i));
             lamps_.emplace_back(lights[i]);
-            tiles_[i / lamps_per_tile].set(i % lamps_per_tile, lamps_.back().shape());
+            tiles_[i / lamps_per_tile].set(i % lamps_per_tile, lamps_.back());
         }
     }
 
@@ -50,15 +50,24 @@ public:
         return tiles_[tile].reaching(tile_size(tile), point, normal);
     }
 
+    /// The lights of a tile of which some part may be nearer to a point's tangent plane, or farther below it,
+    /// than an angle of which the squared sine is given.
+    std::uint64_t grazing(std::size_t tile, const glm::vec3& point, const glm::vec3& normal,
+                          float sine_squared) const {
+        return tiles_[tile].grazing(tile_size(tile), point, normal, sine_squared);
+    }
+
 private:
     /// The way from P to a light is `at - nearness * P`: nearness is 1, or 0 for a directional light, whose
     /// `at` is the way itself. Products of two floats are exact in double.
     struct Tile {
-        std::array<double, lamps_per_tile> at_x{}, at_y{}, at_z{}, nearness{}, range_squared{};
+        std::array<double, lamps_per_tile> at_x{}, at_y{}, at_z{}, nearness{}, range_squared{}, extent{};
         std::vector<LightCone> cones;  // empty, or one for each light
         bool has_ranges = false;
 
-        void set(std::size_t l, const LightShape& shape) {
+        void set(std::size_t l, const Lamp& lamp) {
+            const LightShape& shape = lamp.shape();
+            extent[l] = lamp.extent();
             at_x[l] = static_cast<double>(shape.at.x);
             at_y[l] = static_cast<double>(shape.at.y);
             at_z[l] = static_cast<double>(shape.at.z);
@@ -70,6 +79,26 @@ private:
                 return;
             cones.resize(lamps_per_tile);
             cones[l] = shape.cone;
+        }
+
+        std::uint64_t grazing(std::size_t size, const glm::vec3& point, const glm::vec3& normal,
+                              float sine_squared) const {
+            const glm::dvec3 n(normal);
+            const glm::dvec3 p(point);
+            std::uint64_t mask = 0;
+            for (std::size_t i = 0; i < size; ++i) {
+                // Rounded to float, so that products are exact.
+                const auto x = static_cast<double>(static_cast<float>(at_x[i] - nearness[i] * p.x));
+                const auto y = static_cast<double>(static_cast<float>(at_y[i] - nearness[i] * p.y));
+                const auto z = static_cast<double>(static_cast<float>(at_z[i] - nearness[i] * p.z));
+                const auto height =
+                    static_cast<double>(static_cast<float>(n.x * x + n.y * y + n.z * z - extent[i]));
+                const auto squared = static_cast<double>(static_cast<float>(x * x + y * y + z * z));
+                const bool is_low =
+                    height < 0.0 || height * height < static_cast<double>(sine_squared) * squared;
+                mask |= std::uint64_t{is_low} << i;
+            }
+            return mask;
         }
 
         std::uint64_t reaching(std::size_t size, const glm::vec3& point, const glm::vec3& normal) const {

@@ -3,6 +3,7 @@
 
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/support/check.hpp>
+#include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/vec3.hpp>
@@ -44,6 +45,7 @@ public:
         for (int level = 0; level < level_count; ++level) {
             const auto l = static_cast<std::size_t>(level);
             step_[l] = std::ldexp(static_cast<double>(settings.spacing), base_level - level);
+            per_step_[l] = 1.0 / step_[l];
             const glm::dvec3 uneven(glm::vec3(0.3819660f, 0.2763932f, 0.4270510f));
             origin_[l] = is_default ? step_[l] * uneven : glm::dvec3(origin);
         }
@@ -59,14 +61,16 @@ public:
     /// The place of a point in steps from the origin.
     glm::dvec3 locate(const glm::vec3& point, int level) const {
         const auto l = static_cast<std::size_t>(level);
-        return (glm::dvec3(point) - origin_[l]) / step_[l];
+        const glm::dvec3 way = glm::dvec3(point) - origin_[l];
+        return {rounded(way.x * per_step_[l]), rounded(way.y * per_step_[l]), rounded(way.z * per_step_[l])};
     }
 
     /// Throws std::out_of_range that names the point if lattice points around it have no index.
     void check_inside(const glm::vec3& point) const {
-        const glm::dvec3 place = locate(point, finest_);
-        constexpr double limit = max_index - 64.0;
-        if (!(std::abs(place.x) < limit && std::abs(place.y) < limit && std::abs(place.z) < limit))
+        const auto l = static_cast<std::size_t>(finest_);
+        const glm::dvec3 way = glm::dvec3(point) - origin_[l];
+        const double limit = step_[l] * (max_index - 64.0);
+        if (!(std::abs(way.x) < limit && std::abs(way.y) < limit && std::abs(way.z) < limit))
             throw_outside(point);
     }
 
@@ -79,6 +83,7 @@ private:
     }
 
     std::array<double, level_count> step_{};
+    std::array<double, level_count> per_step_{};
     std::array<glm::dvec3, level_count> origin_{};
     int finest_ = base_level;
 };

@@ -47,6 +47,17 @@ struct RecordKey {
     }
 
     int level() const { return static_cast<int>(words[1] >> 27); }
+    /// Of all kinds and ways, below `kind_count`.
+    std::uint32_t what() const { return words[0] >> 27; }
+    static constexpr std::uint32_t kind_count = 18;
+    bool is_probe() const { return what() >= static_cast<std::uint32_t>(RecordKind::probe); }
+    Way way() const { return {static_cast<int>(what() % 6 / 2), what() % 2 == 0 ? 1.0f : -1.0f}; }
+    glm::ivec3 index() const {
+        const auto extended = [](std::uint32_t word) {
+            return static_cast<std::int32_t>(word << 5) >> 5;
+        };
+        return {extended(words[0]), extended(words[1]), extended(words[2])};
+    }
     bool operator==(const RecordKey& other) const = default;
 };
 

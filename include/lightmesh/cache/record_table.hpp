@@ -62,6 +62,23 @@ public:
         return resolve(index);
     }
 
+    /// Calls visit(record) for all records there are by now, in no particular order.
+    template <class Visitor>
+    void for_each_record(Visitor&& visit) const {
+        for_each_slot([&](std::uint32_t slot) {
+            if ((slot & alias_bit) == 0)
+                visit(*reinterpret_cast<const Record*>(pool_.at(slot)));
+        });
+    }
+    /// Calls visit(key, record) for all keys that lead to another key's record.
+    template <class Visitor>
+    void for_each_alias(Visitor&& visit) const {
+        for_each_slot([&](std::uint32_t slot) {
+            if ((slot & alias_bit) != 0)
+                visit(key_of(pool_, slot), *resolve(slot));
+        });
+    }
+
     std::size_t bytes() const {
         std::size_t sum = pool_.bytes();
         for (const Part& part : parts_)
@@ -113,6 +130,16 @@ private:
             return *tables.back();
         }
     };
+
+    template <class Visitor>
+    void for_each_slot(Visitor&& visit) const {
+        for (const Part& part : parts_) {
+            const Table& table = *part.table.load(std::memory_order_acquire);
+            for (std::uint32_t i = 0; i <= table.mask; ++i)
+                if (const std::uint32_t slot = table.slots[i].load(std::memory_order_acquire); slot != 0)
+                    visit(slot);
+        }
+    }
 
     static const RecordKey& key_of(const UnitPool& pool, std::uint32_t slot) {
         // Records and aliases begin with their keys.

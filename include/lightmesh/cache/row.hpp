@@ -60,6 +60,17 @@ public:
         return row;
     }
 
+    /// Calls visit(tile, lights) for each block: those of its lights that are known. A tile may come again.
+    template <class Visitor>
+    void for_each(Visitor&& visit) const {
+        for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
+            const std::atomic<std::uint64_t>* block = pool_.at(at);
+            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
+            visit(tile_of(header), block[1].load(std::memory_order_acquire));
+            at = next_of(header);
+        }
+    }
+
     /// Adds blocks for octets that have none. Throws std::bad_alloc. Returns the number of octets added.
     std::size_t make_room(std::size_t tile, std::uint32_t octets) {
         std::size_t added = 0;

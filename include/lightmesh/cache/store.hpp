@@ -2,10 +2,12 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/fall.hpp>
 #include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/lamp_table.hpp>
 #include <lightmesh/cache/lattice.hpp>
+#include <lightmesh/cache/point_rays.hpp>
 #include <lightmesh/cache/record.hpp>
 #include <lightmesh/cache/record_table.hpp>
 #include <lightmesh/cache/row.hpp>
@@ -44,21 +46,6 @@ struct MeshRows {
 
 namespace lightmesh::detail {
 
-/// A record where it stands.
-struct Column {
-    const Record* record = nullptr;
-    std::atomic<std::uint16_t>* links = nullptr;  ///< null: not kept
-    glm::ivec3 index{0};                          ///< the record's own lattice point
-    glm::vec3 place{0.0f};
-    glm::vec3 normal{0.0f};  ///< zero: there is no surface
-};
-
-/// A record that is not kept, because the cache is full, and its row.
-struct Spare {
-    Record record;
-    std::array<std::atomic<std::uint64_t>, 8> octets{};
-};
-
 /// What a visibility cache is made of: adapter, lights, settings, and all records so far. Makes what it is
 /// asked for and does not know. To its users it is constant, and any number of threads may ask.
 ///
@@ -69,16 +56,28 @@ class CacheStore {
 public:
     CacheStore(Tracer tracer, Rows rows, std::span<const Light> lights, const CacheSettings& settings)
         : tracer_(std::move(tracer)), rows_(std::move(rows)), settings_(settings), lattice_(settings),
-          lamps_(lights) {}
+          user_lights_(lights.begin(), lights.end()), lamps_(lights) {}
 
+    std::span<const Light> user_lights() const { return user_lights_; }
     const Tracer& tracer() const { return tracer_; }
     const Rows& rows() const { return rows_; }
     const CacheSettings& settings() const { return settings_; }
     const Lattice& lattice() const { return lattice_; }
     const LampTable& lamps() const { return lamps_; }
 
-    /// The greatest length of a ray, as far as segments to the sky go.
-    double reach() const { return 0x1p24 * static_cast<double>(settings_.spacing); }
+    /// All records so far.
+    RecordTable& table() const { return table_; }
+    /// Whether nothing more is to be kept.
+    bool is_full() const {
+        return settings_.memory_budget != (std::numeric_limits<std::size_t>::max)() &&
+               table_.bytes() >= settings_.memory_budget;
+    }
+    /// Keeps the values of some lights of a tile for a record of this cache.
+    void keep_row(Record& record, std::size_t tile, std::uint64_t lights, const TileValues& values) const {
+        RowList list(table_.pool(), record.rows);
+        octets_.fetch_add(list.make_room(tile, octets_of(lights)), std::memory_order_relaxed);
+        list.publish(tile, lights, values);
+    }
 
     /// The record that falls from a lattice point.
     Column column(glm::ivec3 index, const Way& way, int level, Spare& spare) const {
@@ -120,8 +119,8 @@ public:
         reset(spare.record, key);
         std::uint64_t rays = 0;
         const auto step = static_cast<float>(lattice_.step(level));
-        const auto landing =
-            fall_onto_surface(tracer_, probe_start(index, way, level), way, 4.0f * step, step, rays);
+        const auto landing = fall_onto_surface(tracer_, probe_start(lattice_, index, way, level), way,
+                                               4.0f * step, step, rays);
         place_rays_.fetch_add(rays, std::memory_order_relaxed);
         if (landing) {
             spare.record.fall = landing->fall;
@@ -165,10 +164,9 @@ public:
         TileValues values{};
         find_row(column, tile, wanted, values);
         if (is_kept && !is_full()) {
-            RowList list(table_.pool(), const_cast<Record*>(column.record)->rows);
-            octets_.fetch_add(list.make_room(tile, octets_of(wanted)), std::memory_order_relaxed);
-            list.publish(tile, wanted, values);
-            return list.gather(tile);
+            Record& record = const_cast<Record&>(*column.record);
+            keep_row(record, tile, wanted, values);
+            return RowList(table_.pool(), record.rows).gather(tile);
         }
         for (std::size_t o = 0; o < 8; ++o) {
             std::uint64_t bytes =
@@ -187,21 +185,17 @@ public:
     /// Shares of lamps that are open, by rays from a surface point itself.
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
                TileValues& values) const {
-        const auto bits = [](float value) -> std::uint64_t {
-            return std::bit_cast<std::uint32_t>(value);
-        };
-        const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
-        const double step = lattice_.step(lattice_.finest_level());
-        LampRays<Tracer> rays(tracer_, lamps_, tile,
-                              {off_surface(point, unit_normal, step), unit_normal, seed, step, reach()});
-        rays.find(wanted, static_cast<std::size_t>(settings_.lamp_rays), values);
-        lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
+        PointRays<Tracer> rays(tracer_, lattice_, lamps_, settings_);
+        rays.find(point, unit_normal, tile, wanted, values);
+        lamp_rays_.fetch_add(rays.lamp_rays(), std::memory_order_relaxed);
     }
-
-    /// A place moved off its surface: by some roundings of its coordinates and 2^-14 steps.
-    static glm::vec3 off_surface(const glm::vec3& place, const glm::vec3& unit_normal, double step) {
-        return place +
-               (largest_component(place) * 0x1p-20f + static_cast<float>(step * 0x1p-14)) * unit_normal;
+    /// The same for a point of a smooth surface.
+    void exact(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
+               std::size_t tile, std::uint64_t wanted, TileValues& values) const {
+        PointRays<Tracer> rays(tracer_, lattice_, lamps_, settings_);
+        rays.find(point, unit_normal, smooth_normal, tile, wanted, values);
+        lamp_rays_.fetch_add(rays.lamp_rays(), std::memory_order_relaxed);
+        place_rays_.fetch_add(rays.place_rays(), std::memory_order_relaxed);
     }
 
     CacheStatistics statistics() const {
@@ -214,16 +208,11 @@ public:
         sum.lamp_rays = lamp_rays_.load(std::memory_order_relaxed);
         sum.place_rays = place_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
-        sum.bytes = table_.bytes() + lamps_.bytes() + sizeof *this;
+        sum.bytes = table_.bytes() + lamps_.bytes() + user_lights_.capacity() * sizeof(Light) + sizeof *this;
         return sum;
     }
 
 private:
-    bool is_full() const {
-        return settings_.memory_budget != (std::numeric_limits<std::size_t>::max)() &&
-               table_.bytes() >= settings_.memory_budget;
-    }
-
     static void reset(Record& record, const RecordKey& key) {
         record.key = key;
         record.fall = -1.0f;
@@ -253,48 +242,20 @@ private:
         return is_full() ? stand(made.record, way, false) : stand(*table_.add(made.record), way, true);
     }
 
-    glm::vec3 probe_start(const glm::ivec3& index, const Way& way, int level) const {
-        glm::vec3 start = lattice_.position(index, level);
-        const auto half = static_cast<float>(0.5 * lattice_.step(level));
-        start[way.u()] += half;
-        start[way.v()] += half;
-        return start;
-    }
-
-    static int sign_extended(std::uint32_t word) { return static_cast<std::int32_t>(word << 5) >> 5; }
-
     Column stand(const Record& record, const Way& way, bool is_kept) const {
-        const int level = record.key.level();
-        Column column;
-        column.record = &record;
-        if (is_kept)
-            column.links = &const_cast<Record&>(record).links;
-        column.index = {sign_extended(record.key.words[0]), sign_extended(record.key.words[1]),
-                        sign_extended(record.key.words[2])};
-        const std::uint32_t kind = record.key.words[0] >> 27;
-        const bool is_probe = kind >= static_cast<std::uint32_t>(RecordKind::probe);
-        column.place =
-            is_probe ? probe_start(column.index, way, level) : lattice_.position(column.index, level);
-        if (record.is_on_surface()) {
-            column.place -= record.fall * way.up();
-            column.normal = record.unit_normal();
-        }
-        return column;
+        return column_of(lattice_, record, way, is_kept);
     }
 
     void find_row(const Column& column, std::size_t tile, std::uint64_t wanted, TileValues& values) const {
         const RecordKey& key = column.record->key;
         const int level = key.level();
         const double step = lattice_.step(level);
-        const std::uint32_t kind = key.words[0] >> 27;
         // The same for all heights of a column: those on one surface give the same values.
         RecordKey seed = key;
-        seed.words[kind % 6 / 2] &= ~((1u << 27) - 1u);
-        const bool is_probe = kind >= static_cast<std::uint32_t>(RecordKind::probe);
+        seed.words[key.way().axis] &= ~((1u << 27) - 1u);
         if constexpr (!std::is_same_v<Rows, LampRows>) {
             // The air above a surface looks to the side that the surface is seen from.
-            const Way way{static_cast<int>(kind % 6 / 2), kind % 2 == 0 ? 1.0f : -1.0f};
-            const glm::vec3 normal = column.record->is_on_surface() ? column.normal : way.up();
+            const glm::vec3 normal = column.record->is_on_surface() ? column.normal : key.way().up();
             std::vector<float> all(lamps_.size());
             rows_.mesh.visibility(column.place, normal, std::span<float>(all));
             for (std::size_t l = 0; l < lamps_.tile_size(tile); ++l)
@@ -302,10 +263,10 @@ private:
                     floor_to_int(static_cast<double>(255.0f * all[tile * lamps_per_tile + l]) + 0.5));
             return;
         }
-        LampRays<Tracer> rays(
-            tracer_, lamps_, tile,
-            {off_surface(column.place, column.normal, step), column.normal, hash_of(seed), step, reach()});
-        if (is_probe) {
+        LampRays<Tracer> rays(tracer_, lamps_, tile,
+                              {off_surface(column.place, column.normal, step), column.normal, hash_of(seed),
+                               step, greatest_reach(lattice_)});
+        if (key.is_probe()) {
             rays.probe(wanted, values);
         } else {
             const int most = settings_.lamp_rays >> std::clamp(level - Lattice::base_level - 1, 0, 2);
@@ -319,6 +280,7 @@ private:
     Rows rows_;
     CacheSettings settings_;
     Lattice lattice_;
+    std::vector<Light> user_lights_;
     LampTable lamps_;
     mutable RecordTable table_;
     mutable std::atomic<std::uint64_t> lamp_rays_{0};

@@ -3,6 +3,7 @@
 
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/record.hpp>
+#include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/vec3.hpp>
@@ -37,7 +38,10 @@ inline WeightedWays ways_of(const glm::vec3& unit_normal) {
     WeightedWays found;
     std::int32_t sum = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        const double ratio = static_cast<double>(std::abs(unit_normal[axis])) / largest;
+        const auto component = static_cast<double>(std::abs(unit_normal[axis]));
+        if (component < 0.9 * largest)
+            continue;
+        const double ratio = component / largest;
         const std::int32_t weight = weight_of((ratio - 0.9) / 0.1);
         if (weight == 0)
             continue;
@@ -57,42 +61,62 @@ inline WeightedWays ways_of(const glm::vec3& unit_normal) {
 }
 
 /// The four lattice points whose columns surround a point, (0, 0), (1, 0), (0, 1), (1, 1) along (u, v), each
-/// the first at least a quarter of a step before the point's tangent plane; and their bilinear weights.
+/// the first at least a quarter of a step before the point's tangent plane.
 struct CellPlace {
     std::array<glm::ivec3, 4> index;
-    std::array<std::int32_t, 4> weight;
     std::array<float, 2> at;  ///< the point's place in the cell, 0 to 1
 
-    bool same_cell(const std::array<glm::ivec3, 4>& other) const { return index == other; }
+    /// Bilinear weights, which sum to about one_weight.
+    std::array<std::int32_t, 4> weights() const {
+        const auto u = static_cast<double>(at[0]);
+        const auto v = static_cast<double>(at[1]);
+        const auto other_u = static_cast<double>(1.0f - at[0]);
+        const auto other_v = static_cast<double>(1.0f - at[1]);
+        return {weight_of(other_u * other_v), weight_of(u * other_v), weight_of(other_u * v),
+                weight_of(u * v)};
+    }
 };
 
-inline CellPlace place_in_cell(const Lattice& lattice, const glm::vec3& point, const glm::vec3& unit_normal,
-                               const Way& way, int level) {
-    const glm::dvec3 x = lattice.locate(point, level);
-    const int u = way.u();
-    const int v = way.v();
+/// The tangent plane of a point, as the lattice points along one way see it.
+struct TangentPlane {
+    Way way;
+    double slope_u = 0.0;
+    double slope_v = 0.0;
+
+    TangentPlane() = default;
+    TangentPlane(const glm::vec3& unit_normal, const Way& along)
+        : way(along), slope_u(static_cast<double>(unit_normal[along.u()] / unit_normal[along.axis])),
+          slope_v(static_cast<double>(unit_normal[along.v()] / unit_normal[along.axis])) {}
+};
+
+inline CellPlace place_in_cell(const Lattice& lattice, const glm::vec3& point, const TangentPlane& tangent,
+                               int level) {
+    const glm::dvec3 located = lattice.locate(point, level);
+    const std::array<double, 3> x{located.x, located.y, located.z};
+    const auto axis = static_cast<std::size_t>(tangent.way.axis);
+    const auto u = static_cast<std::size_t>(tangent.way.u());
+    const auto v = static_cast<std::size_t>(tangent.way.v());
     const int iu = floor_to_int(x[u]);
     const int iv = floor_to_int(x[v]);
     // Rounded to float, so that products below are exact.
     const auto fu = static_cast<float>(x[u] - iu);
     const auto fv = static_cast<float>(x[v] - iv);
-    const auto slope_u = static_cast<double>(unit_normal[u] / unit_normal[way.axis]);
-    const auto slope_v = static_cast<double>(unit_normal[v] / unit_normal[way.axis]);
+    // Upwards, or downwards where the way's sign is negative.
+    const double sign = static_cast<double>(tangent.way.sign);
+    const std::array<double, 2> rise_u{static_cast<double>(fu) * tangent.slope_u,
+                                       static_cast<double>(fu - 1.0f) * tangent.slope_u};
+    const std::array<double, 2> rise_v{static_cast<double>(fv) * tangent.slope_v,
+                                       static_cast<double>(fv - 1.0f) * tangent.slope_v};
     CellPlace place;
     place.at = {fu, fv};
-    for (int k = 0; k < 4; ++k) {
-        const int du = k & 1;
-        const int dv = k >> 1;
-        const auto along_u = static_cast<double>(static_cast<float>(du) - fu);
-        const auto along_v = static_cast<double>(static_cast<float>(dv) - fv);
-        const double plane = x[way.axis] - (along_u * slope_u + along_v * slope_v);
-        glm::ivec3& index = place.index[static_cast<std::size_t>(k)];
-        index[u] = iu + du;
-        index[v] = iv + dv;
-        index[way.axis] = way.sign > 0.0f ? -floor_to_int(-(plane + 0.25)) : floor_to_int(plane - 0.25);
-        const auto share_u = static_cast<double>(du != 0 ? fu : 1.0f - fu);
-        const auto share_v = static_cast<double>(dv != 0 ? fv : 1.0f - fv);
-        place.weight[static_cast<std::size_t>(k)] = weight_of(share_u * share_v);
+    for (std::size_t k = 0; k < 4; ++k) {
+        const double plane = x[axis] + (rounded(rise_u[k & 1]) + rounded(rise_v[k >> 1]));
+        std::array<int, 3> index;
+        index[u] = iu + static_cast<int>(k & 1);
+        index[v] = iv + static_cast<int>(k >> 1);
+        const int below = floor_to_int(-sign * plane - 0.25);
+        index[axis] = tangent.way.sign > 0.0f ? -below : below;
+        place.index[k] = {index[0], index[1], index[2]};
     }
     return place;
 }

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/cache/blend.hpp>
+#include <lightmesh/cache/column.hpp>
+#include <lightmesh/cache/lanes.hpp>
+#include <lightmesh/cache/row.hpp>
+#include <lightmesh/support/vectors.hpp>
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace lightmesh::detail {
+
+/// Four columns and the links between them, and records in the air at their lattice points, with what a query
+/// may take for granted there.
+struct CacheCell {
+    std::array<glm::ivec3, 4> index;
+    Way way;
+    bool is_made = false;
+    bool is_flat;
+    bool has_probe;
+    std::array<bool, 4> has_air;
+    bool all_linked;
+    std::array<bool, 4> links;    ///< 0-1, 2-3 along u; 0-2, 1-3 along v
+    glm::vec3 normal;             ///< of a flat cell
+    glm::vec3 place;              ///< a record of a flat cell
+    float slack;                  ///< how far from its plane points may lie, world units
+    std::size_t tile;             ///< of the two masks
+    std::uint64_t compared;       ///< the lights of which all rows are known and compared
+    std::uint64_t uniform;        ///< those of them that are the same in all rows
+    std::array<TileRow, 8> rows;  ///< on surfaces, and in the air
+    TileRow probe_row;
+    std::array<Column, 8> columns;
+    Column probe;
+    std::array<Spare, 8> spares;
+    Spare probe_spare;
+
+    /// After columns and links are there.
+    void finish(double step) {
+        all_linked = links[0] && links[1] && links[2] && links[3];
+        has_probe = false;
+        has_air.fill(false);
+        for (TileRow& row : rows)
+            row.tile = TileRow::no_tile;
+        tile = TileRow::no_tile;
+        normal = columns[0].normal;
+        place = columns[0].place;
+        float farthest = 0.0f;
+        is_flat = all_linked;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const Column& column = columns[k];
+            is_flat &= column.record->is_on_surface() && is_same(column.normal, normal);
+            farthest = (std::max)(farthest, std::abs(glm::dot(normal, column.place - place)));
+        }
+        slack = 0.002f * static_cast<float>(step) - farthest;
+    }
+
+    void set_air(std::size_t k, const Column& column) {
+        columns[4 + k] = column;
+        rows[4 + k].tile = TileRow::no_tile;
+        has_air[k] = column.links != nullptr;  // kept
+    }
+
+    /// Whether all four records fit a point wholly, and nothing lies between: then `fit_of` need not be
+    /// asked, which would say so.
+    bool fits(const glm::vec3& point, const glm::vec3& unit_normal) const {
+        return is_flat && is_same(unit_normal, normal) && std::abs(glm::dot(normal, point - place)) < slack;
+    }
+
+    /// The lights that have the same value in all four rows, and no centre that contradicts, as far as they
+    /// have been compared.
+    std::uint64_t uniform_of(std::size_t of_tile) const { return tile == of_tile ? uniform : 0; }
+
+    /// Compares some lights, which all rows know; also with the centre, if cells of this level have one.
+    void compare(std::size_t of_tile, std::uint64_t lights, bool is_probed) {
+        if (tile == of_tile)
+            lights &= ~compared;
+        if (lights == 0)
+            return;
+        for (std::size_t k = 0; k < 4; ++k)
+            if (rows[k].tile != of_tile)
+                return;
+        if (is_probed && (probe_row.tile != of_tile || (lights & ~probe_row.known) != 0))
+            return;
+        if (tile != of_tile) {
+            tile = of_tile;
+            compared = 0;
+            uniform = 0;
+        }
+        for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
+            const int o = std::countr_zero(octets);
+            const std::uint64_t first = rows[0].octet(o);
+            const std::uint64_t differences =
+                (first ^ rows[1].octet(o)) | (first ^ rows[2].octet(o)) | (first ^ rows[3].octet(o));
+            Lanes lanes;
+            spread_bytes(differences, lanes);
+            if (is_probed) {
+                Lanes value;
+                Lanes centre;
+                spread_bytes(first, value);
+                spread_bytes(probe_row.octet(o), centre);
+                mark_missed(lanes, centre, value, value);
+            }
+            uniform |= (mask_of(lanes) ^ 255u) << 8 * o & lights;
+        }
+        compared |= lights;
+    }
+
+private:
+    static bool is_same(const glm::vec3& a, const glm::vec3& b) {
+        return std::abs(a.x - b.x) < 1e-4f && std::abs(a.y - b.y) < 1e-4f && std::abs(a.z - b.z) < 1e-4f;
+    }
+};
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/cache/lattice.hpp>
+#include <lightmesh/cache/record.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+namespace lightmesh::detail {
+
+/// A record where it stands.
+struct Column {
+    const Record* record = nullptr;
+    std::atomic<std::uint16_t>* links = nullptr;  ///< null: not kept
+    glm::ivec3 index{0};                          ///< the record's own lattice point
+    glm::vec3 place{0.0f};
+    glm::vec3 normal{0.0f};  ///< zero: there is no surface
+};
+
+/// A record that is not kept, because the cache is full, and its row.
+struct Spare {
+    Record record;
+    std::array<std::atomic<std::uint64_t>, 8> octets{};
+};
+
+/// Where the centre of a cell falls from: `index` has the cell's least indices along u and v.
+inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, const Way& way, int level) {
+    glm::vec3 start = lattice.position(index, level);
+    const auto half = static_cast<float>(0.5 * lattice.step(level));
+    start[way.u()] += half;
+    start[way.v()] += half;
+    return start;
+}
+
+/// A record, put where its key and its fall say.
+inline Column column_of(const Lattice& lattice, const Record& record, const Way& way, bool is_kept) {
+    const int level = record.key.level();
+    Column column;
+    column.record = &record;
+    if (is_kept)
+        column.links = &const_cast<Record&>(record).links;
+    column.index = record.key.index();
+    column.place = record.key.is_probe() ? probe_start(lattice, column.index, way, level)
+                                         : lattice.position(column.index, level);
+    if (record.is_on_surface()) {
+        column.place -= record.fall * way.up();
+        column.normal = record.unit_normal();
+    }
+    return column;
+}
+
+}  // namespace lightmesh::detail

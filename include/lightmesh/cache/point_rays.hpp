@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/cache/fall.hpp>
+#include <lightmesh/cache/lamp.hpp>
+#include <lightmesh/cache/lamp_rows.hpp>
+#include <lightmesh/cache/lamp_table.hpp>
+#include <lightmesh/cache/lattice.hpp>
+#include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache_settings.hpp>
+#include <lightmesh/support/vectors.hpp>
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace lightmesh::detail {
+
+/// A place moved off its surface: by some roundings of its coordinates and 2^-14 steps.
+inline glm::vec3 off_surface(const glm::vec3& place, const glm::vec3& unit_normal, double step) {
+    return place + (largest_component(place) * 0x1p-20f + static_cast<float>(step * 0x1p-14)) * unit_normal;
+}
+
+/// The greatest length of a ray, as far as segments to the sky go.
+inline double greatest_reach(const Lattice& lattice) {
+    return 0x1p24 * lattice.step(Lattice::base_level);
+}
+
+/// Finds which shares of lamps are open from a surface point itself.
+template <Intersector Tracer>
+class PointRays {
+public:
+    PointRays(const Tracer& tracer, const Lattice& lattice, const LampTable& lamps,
+              const CacheSettings& settings)
+        : tracer_(tracer), lamps_(lamps), step_(lattice.step(lattice.finest_level())),
+          reach_(greatest_reach(lattice)), most_rays_(static_cast<std::size_t>(settings.lamp_rays)) {}
+
+    void find(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
+              TileValues& values) {
+        find_from(off_surface(point, unit_normal, step_), unit_normal, point, tile, wanted, values);
+    }
+
+    /// The same for a point of a smooth surface that coarse facets stand for: rays start on that surface, as
+    /// far above the facet as it takes to clear it, and lamps are seen as its normal sees them.
+    void find(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
+              std::size_t tile, std::uint64_t wanted, TileValues& values) {
+        for (; wanted != 0; wanted &= wanted - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(wanted));
+            const Lamp& lamp = lamps_.lamp(tile * lamps_per_tile + l);
+            find_from(lifted(point, unit_normal, smooth_normal, lamp), smooth_normal, point, tile,
+                      wanted & (~wanted + 1u), values);
+        }
+    }
+
+    std::uint64_t lamp_rays() const { return lamp_rays_; }
+    std::uint64_t place_rays() const { return place_rays_; }
+
+private:
+    void find_from(const glm::vec3& start, const glm::vec3& unit_normal, const glm::vec3& point,
+                   std::size_t tile, std::uint64_t wanted, TileValues& values) {
+        const auto bits = [](float value) -> std::uint64_t {
+            return std::bit_cast<std::uint32_t>(value);
+        };
+        const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
+        LampRays<Tracer> rays(tracer_, lamps_, tile, {start, unit_normal, seed, step_, reach_});
+        rays.find(wanted, most_rays_, values);
+        lamp_rays_ += rays.rays();
+    }
+
+    /// A point moved from its facet to the smooth surface, or beyond: where rays to a lamp below the facet's
+    /// plane clear facets that bend away. How much that takes, the way through the solid to where it leaves
+    /// towards the lamp tells: the solid does not rise above the planes at both of its ends. (Hanika,
+    /// "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021, has the vertices to do it with.) Behind a
+    /// wall that does not bend away, or is not closed, such a ray stays blocked.
+    glm::vec3 lifted(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
+                     const Lamp& lamp) {
+        const glm::vec3 start = off_surface(point, unit_normal, step_);
+        const Lamp::LowWay way = lamp.low_way(point, unit_normal, reach_);
+        const double sine = -glm::dot(glm::dvec3(unit_normal), way.direction);
+        if (sine <= 0.0)
+            return start;
+        const auto out = find_way_out(tracer_, off_surface(point, -unit_normal, step_), way.direction,
+                                      way.length, place_rays_);
+        if (!out)
+            return start;
+        // A ray is before the facet's plane at first, and from some place on before the plane where the way
+        // leaves. The lift is one at which the second begins before the first ends.
+        const glm::dvec3 lift(smooth_normal);
+        const double rise = glm::dot(glm::dvec3(unit_normal), lift) / sine;
+        const double sine_out = glm::dot(out->normal, way.direction);
+        const double rise_out = glm::dot(out->normal, lift);
+        const double both = rise + (rise_out > 0.0 ? rise_out / (std::max)(sine_out, 1e-3) : 0.0);
+        // Seen from higher up, a lamp nearby lies lower.
+        const double nearness = (std::max)(1.0 - out->distance / way.length, 0.1);
+        const glm::vec3 end = start +
+                              static_cast<float>(1.02 * out->distance / (both * nearness)) * smooth_normal +
+                              (start - point);
+        ++place_rays_;
+        return tracer_.occluded({start, end}) ? start : end;
+    }
+
+    const Tracer& tracer_;
+    const LampTable& lamps_;
+    double step_;
+    double reach_;
+    std::size_t most_rays_;
+    std::uint64_t lamp_rays_ = 0;
+    std::uint64_t place_rays_ = 0;
+};
+
+}  // namespace lightmesh::detail

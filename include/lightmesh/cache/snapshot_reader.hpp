@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/cache/lamp_table.hpp>
+#include <lightmesh/cache/lattice.hpp>
+#include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/row.hpp>
+#include <lightmesh/cache/snapshot_format.hpp>
+#include <lightmesh/cache_settings.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/settings.hpp>
+
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// The parts of a cache's snapshot, read where they stand. Everything is checked first: whatever the bytes
+/// are, what follows neither reads beyond them nor goes on without end. Must not move.
+class CacheReader {
+public:
+    /// Throws std::invalid_argument that says in one sentence what is wrong with the bytes.
+    explicit CacheReader(std::span<const std::byte> bytes) : bytes_(bytes) {
+        read_header();
+        read_settings();
+        read_lights();
+        slots_ = section<std::uint32_t>(cache_slots_section);
+        records_ = section<StoredRecord>(cache_records_section);
+        aliases_ = section<StoredAlias>(cache_aliases_section);
+        tiles_ = section<StoredTile>(cache_tiles_section);
+        octets_ = section<std::uint64_t>(cache_octets_section);
+        check_slots();
+        check_records();
+    }
+    CacheReader(const CacheReader&) = delete;
+    CacheReader& operator=(const CacheReader&) = delete;
+
+    const CacheSettings& settings() const { return settings_; }
+    const Lattice& lattice() const { return *lattice_; }
+    const LampTable& lamps() const { return *lamps_; }
+    std::span<const Light> user_lights() const { return user_lights_; }
+    PlaceKind places() const { return static_cast<PlaceKind>(header_.places); }
+    const RowSource& row_source() const { return header_.row_source; }
+    std::span<const StoredRecord> records() const { return records_; }
+    std::span<const StoredAlias> aliases() const { return aliases_; }
+    std::span<const StoredTile> tiles_of(const StoredRecord& record) const {
+        return tiles_.subspan(record.first_tile, record.tile_count);
+    }
+
+    /// The record to which a key leads, or nullptr.
+    const StoredRecord* find(const RecordKey& key) const {
+        const std::uint32_t slot = find_slot(key);
+        if (slot == 0)
+            return nullptr;
+        const std::uint32_t at = (slot & ~stored_alias_bit) - 1;
+        return &records_[(slot & stored_alias_bit) != 0 ? aliases_[at].record : at];
+    }
+
+    /// The values of a tile of lights at a record, as far as they are known.
+    TileRow row(const StoredRecord& record, std::size_t tile) const {
+        TileRow row;
+        row.tile = tile;
+        for (const StoredTile& stored : tiles_of(record)) {
+            if (stored.tile != tile)
+                continue;
+            row.known = stored.known;
+            const std::uint64_t* octet = &octets_[stored.first_octet];
+            for (std::uint32_t octets = octets_of(stored.known); octets != 0; octets &= octets - 1)
+                row.octets[static_cast<std::size_t>(std::countr_zero(octets))] =
+                    reinterpret_cast<const std::atomic<std::uint64_t>*>(octet++);
+        }
+        return row;
+    }
+
+    /// A record as a live cache has it, without its row.
+    static void copy(const StoredRecord& stored, Record& record) {
+        record.key = stored.key;
+        record.fall = stored.fall;
+        for (std::size_t k = 0; k < 3; ++k)
+            record.normal[k] = stored.normal[k];
+        record.links.store(stored.links, std::memory_order_relaxed);
+    }
+
+private:
+    static_assert(sizeof(std::atomic<std::uint64_t>) == sizeof(std::uint64_t) &&
+                  std::atomic<std::uint64_t>::is_always_lock_free);
+
+    [[noreturn]] static void refuse(const std::string& why) {
+        throw std::invalid_argument("lightmesh: not a snapshot that can be read: " + why);
+    }
+    static void require_right(bool right, const char* why) {
+        if (!right)
+            refuse(why);
+    }
+
+    void read_header() {
+        require_right(reinterpret_cast<std::uintptr_t>(bytes_.data()) % 16 == 0,
+                      "its bytes must begin at a multiple of 16");
+        require_right(bytes_.size() >= sizeof header_, "it is shorter than a header");
+        std::memcpy(&header_, bytes_.data(), sizeof header_);
+        require_right(header_.magic == CacheHeader::right_magic, "it does not begin with \"lightcch\"");
+        require_right(header_.byte_order == CacheHeader::right_byte_order,
+                      "it was written on a machine of the other byte order");
+        if (header_.version != CacheHeader::right_version)
+            refuse("its version is " + std::to_string(header_.version) + ", and only version 1 is known");
+        if (header_.size != bytes_.size())
+            refuse("it has " + std::to_string(bytes_.size()) + " bytes where its header says " +
+                   std::to_string(header_.size));
+        require_right(header_.checksum == checksum_of(header_, bytes_), "its checksum is wrong");
+    }
+
+    void read_settings() {
+        settings_.spacing = header_.spacing;
+        settings_.detail = header_.detail;
+        settings_.lamp_rays = header_.lamp_rays;
+        const RowSource& rows = header_.row_source;
+        require_right(header_.exact_edges <= 1 && header_.has_origin <= 1 && rows.is_mesh <= 1 &&
+                          rows.has_origin <= 1 && rows.adaptive <= 1 && header_.unused == 0,
+                      "what is either so or not is neither");
+        settings_.exact_edges = header_.exact_edges != 0;
+        if (header_.has_origin != 0)
+            settings_.origin = {header_.origin[0], header_.origin[1], header_.origin[2]};
+        require_right(header_.places <= static_cast<std::uint32_t>(PlaceKind::bisected),
+                      "there is no such way to find places");
+        require_right(rows.short_test <= static_cast<std::uint32_t>(ShortTest::exact) &&
+                          rows.long_tests <= static_cast<std::uint32_t>(LongTest::refined_shadow_maps),
+                      "there is no such short or long test");
+        lattice_ = std::make_unique<const Lattice>(settings_);
+    }
+
+    void read_lights() {
+        const auto records = section<LightRecord>(cache_lights_section);
+        user_lights_.reserve(records.size());
+        for (const LightRecord& record : records) {
+            require_right(record.kind < std::variant_size_v<Light>, "there is no such kind of light");
+            user_lights_.push_back(light_of(record));
+        }
+        lamps_ = std::make_unique<const LampTable>(user_lights_);
+    }
+
+    /// The structs of a section, which lies within the bytes.
+    template <class T>
+    std::span<const T> section(std::size_t name) const {
+        const SnapshotSection& at = header_.sections[name];
+        require_right(at.offset % 64 == 0 && at.offset <= bytes_.size() &&
+                          at.count <= (bytes_.size() - at.offset) / sizeof(T),
+                      "a section reaches beyond its end");
+        return {reinterpret_cast<const T*>(bytes_.data() + at.offset), at.count};
+    }
+
+    const RecordKey& key_of(std::uint32_t slot) const {
+        const std::uint32_t at = (slot & ~stored_alias_bit) - 1;
+        return (slot & stored_alias_bit) != 0 ? aliases_[at].key : records_[at].key;
+    }
+
+    std::uint32_t find_slot(const RecordKey& key) const {
+        for (std::uint64_t i = hash_of(key);; ++i) {
+            const std::uint32_t slot = slots_[i & (slots_.size() - 1)];
+            if (slot == 0 || key_of(slot) == key)
+                return slot;
+        }
+    }
+
+    void check_slots() const {
+        require_right(std::has_single_bit(slots_.size()), "the size of its table is no power of two");
+        std::uint64_t taken = 0;
+        for (const std::uint32_t slot : slots_) {
+            if (slot == 0)
+                continue;
+            ++taken;
+            const std::uint32_t at = (slot & ~stored_alias_bit) - 1;
+            require_right(at < ((slot & stored_alias_bit) != 0 ? aliases_.size() : records_.size()),
+                          "a record is named that is not there");
+        }
+        require_right(2 * taken <= slots_.size() && taken == records_.size() + aliases_.size(),
+                      "its table is too full, or leaves records out");
+        for (std::size_t i = 0; i < records_.size(); ++i)
+            require_right(find_slot(records_[i].key) == i + 1, "a record is not where its table says");
+        for (std::size_t i = 0; i < aliases_.size(); ++i)
+            require_right(find_slot(aliases_[i].key) == ((i + 1) | stored_alias_bit),
+                          "a record is not where its table says");
+    }
+
+    static void check_key(const RecordKey& key) {
+        require_right(key.what() < RecordKey::kind_count && key.level() < Lattice::level_count &&
+                          key.words[2] >> 27 == 0,
+                      "there is no such kind of record");
+    }
+
+    void check_records() const {
+        for (const StoredRecord& record : records_) {
+            check_key(record.key);
+            require_right(std::isfinite(record.fall) && record.links >> 12 == 0, "a record makes no sense");
+            require_right(record.first_tile <= tiles_.size() &&
+                              record.tile_count <= tiles_.size() - record.first_tile,
+                          "a record's tiles reach beyond its end");
+            for (const StoredTile& tile : tiles_of(record))
+                check_tile(tile);
+        }
+        for (const StoredAlias& alias : aliases_) {
+            check_key(alias.key);
+            require_right(alias.record < records_.size(), "a record is named that is not there");
+        }
+    }
+
+    void check_tile(const StoredTile& tile) const {
+        require_right(tile.tile < lamps_->tile_count(), "a tile is named that is not there");
+        const std::size_t size = lamps_->tile_size(tile.tile);
+        require_right(tile.known != 0 && (size == 64 || tile.known >> size == 0),
+                      "a light is named that is not there");
+        const auto count = static_cast<std::size_t>(std::popcount(octets_of(tile.known)));
+        require_right(tile.first_octet <= octets_.size() && count <= octets_.size() - tile.first_octet,
+                      "a tile's values reach beyond its end");
+    }
+
+    std::span<const std::byte> bytes_;
+    CacheHeader header_{};
+    CacheSettings settings_;
+    std::unique_ptr<const Lattice> lattice_;
+    std::vector<Light> user_lights_;
+    std::unique_ptr<const LampTable> lamps_;
+    std::span<const std::uint32_t> slots_;
+    std::span<const StoredRecord> records_;
+    std::span<const StoredAlias> aliases_;
+    std::span<const StoredTile> tiles_;
+    std::span<const std::uint64_t> octets_;
+};
+
+}  // namespace lightmesh::detail

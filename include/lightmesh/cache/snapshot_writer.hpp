@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/record_table.hpp>
+#include <lightmesh/cache/row.hpp>
+#include <lightmesh/cache/snapshot_format.hpp>
+#include <lightmesh/cache_settings.hpp>
+#include <lightmesh/lights.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace lightmesh::detail {
+
+inline auto order_of(const RecordKey& key) {
+    return std::tuple(key.words[0], key.words[1], key.words[2]);
+}
+
+/// Copies what a cache knows. Other threads may add to it meanwhile: what is published by then is copied, and
+/// never half of something.
+class CacheSnapshotWriter {
+public:
+    explicit CacheSnapshotWriter(RecordTable& table) : table_(table) {}
+
+    /// Throws std::bad_alloc.
+    std::vector<std::byte> write(const CacheSettings& settings, std::span<const Light> lights,
+                                 PlaceKind places, const RowSource& row_source) {
+        copy_records();
+        copy_aliases();
+        fill_slots();
+        std::vector<LightRecord> light_records;
+        for (const Light& light : lights)
+            light_records.push_back(record_of(light));
+
+        CacheHeader header{};
+        header.magic = CacheHeader::right_magic;
+        header.version = CacheHeader::right_version;
+        header.byte_order = CacheHeader::right_byte_order;
+        header.spacing = settings.spacing;
+        header.detail = settings.detail;
+        header.lamp_rays = settings.lamp_rays;
+        header.exact_edges = settings.exact_edges ? 1 : 0;
+        if (!std::isnan(settings.origin.x)) {
+            header.has_origin = 1;
+            header.origin = {settings.origin.x, settings.origin.y, settings.origin.z};
+        }
+        header.places = static_cast<std::uint32_t>(places);
+        header.row_source = row_source;
+
+        std::uint64_t size = (sizeof header + 63) / 64 * 64;
+        const auto place = [&](std::size_t section, const auto& from) {
+            header.sections[section] = {size, from.size()};
+            size += (from.size() * sizeof from[0] + 63) / 64 * 64;
+        };
+        place(cache_lights_section, light_records);
+        place(cache_slots_section, slots_);
+        place(cache_records_section, records_);
+        place(cache_aliases_section, aliases_);
+        place(cache_tiles_section, tiles_);
+        place(cache_octets_section, octets_);
+        header.size = size;
+
+        std::vector<std::byte> block(size);
+        const auto copy = [&](std::size_t section, const auto& from) {
+            if (!from.empty())
+                std::memcpy(block.data() + header.sections[section].offset, from.data(),
+                            from.size() * sizeof from[0]);
+        };
+        copy(cache_lights_section, light_records);
+        copy(cache_slots_section, slots_);
+        copy(cache_records_section, records_);
+        copy(cache_aliases_section, aliases_);
+        copy(cache_tiles_section, tiles_);
+        copy(cache_octets_section, octets_);
+        header.checksum = checksum_of(header, block);
+        std::memcpy(block.data(), &header, sizeof header);
+        return block;
+    }
+
+private:
+    void copy_records() {
+        std::vector<const Record*> all;
+        table_.for_each_record([&](const Record& record) { all.push_back(&record); });
+        std::ranges::sort(
+            all, [](const Record* a, const Record* b) { return order_of(a->key) < order_of(b->key); });
+        records_.reserve(all.size());
+        for (const Record* record : all) {
+            StoredRecord stored{record->key,
+                                record->fall,
+                                {record->normal[0], record->normal[1], record->normal[2]},
+                                record->links.load(std::memory_order_relaxed),
+                                static_cast<std::uint32_t>(tiles_.size()),
+                                0};
+            copy_rows(const_cast<Record&>(*record));
+            stored.tile_count = static_cast<std::uint32_t>(tiles_.size()) - stored.first_tile;
+            records_.push_back(stored);
+        }
+    }
+
+    void copy_rows(Record& record) {
+        const RowList list(table_.pool(), record.rows);
+        known_.clear();
+        list.for_each([&](std::size_t tile, std::uint64_t lights) {
+            if (lights != 0)
+                known_[tile] |= lights;
+        });
+        for (const auto& [tile, known] : known_) {
+            const TileRow row = list.gather(tile);
+            tiles_.push_back(
+                {static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(octets_.size()), known});
+            for (std::uint32_t octets = octets_of(known); octets != 0; octets &= octets - 1) {
+                const int o = std::countr_zero(octets);
+                // A byte for each known light: others may just be on their way.
+                std::uint64_t bytes = 0;
+                for (int b = 0; b < 8; ++b)
+                    if ((known >> (8 * o + b) & 1u) != 0)
+                        bytes |= std::uint64_t{255} << 8 * b;
+                octets_.push_back(row.octet(o) & bytes);
+            }
+        }
+    }
+
+    void copy_aliases() {
+        table_.for_each_alias([&](const RecordKey& key, const Record& record) {
+            // A record that was added after the others were copied is left out, and so are its aliases.
+            const auto at = std::ranges::lower_bound(records_, order_of(record.key), {},
+                                                     [](const StoredRecord& r) { return order_of(r.key); });
+            if (at != records_.end() && at->key == record.key)
+                aliases_.push_back({key, static_cast<std::uint32_t>(at - records_.begin())});
+        });
+        std::ranges::sort(aliases_, {}, [](const StoredAlias& alias) { return order_of(alias.key); });
+    }
+
+    void fill_slots() {
+        slots_.resize(std::bit_ceil(2 * (records_.size() + aliases_.size()) + 2));
+        const auto put = [&](const RecordKey& key, std::uint32_t value) {
+            std::uint64_t i = hash_of(key);
+            while (slots_[i & (slots_.size() - 1)] != 0)
+                ++i;
+            slots_[i & (slots_.size() - 1)] = value;
+        };
+        for (std::size_t i = 0; i < records_.size(); ++i)
+            put(records_[i].key, static_cast<std::uint32_t>(i + 1));
+        for (std::size_t i = 0; i < aliases_.size(); ++i)
+            put(aliases_[i].key, static_cast<std::uint32_t>(i + 1) | stored_alias_bit);
+    }
+
+    RecordTable& table_;
+    std::map<std::size_t, std::uint64_t> known_;
+    std::vector<std::uint32_t> slots_;
+    std::vector<StoredRecord> records_;
+    std::vector<StoredAlias> aliases_;
+    std::vector<StoredTile> tiles_;
+    std::vector<std::uint64_t> octets_;
+};
+
+}  // namespace lightmesh::detail
