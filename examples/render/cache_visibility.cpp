@@ -35,7 +35,9 @@ public:
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
-    std::size_t bytes() const override { return cache_.statistics().bytes; }
+    std::optional<CacheReport> cache() const override {
+        return CacheReport{cache_.settings().spacing, cache_.statistics()};
+    }
 
 private:
     Cache cache_;

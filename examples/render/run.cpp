@@ -26,7 +26,8 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
     made.image = render(
         scene, *shadows, options, made.statistics, [&](double done) { bar.show(done); }, &interrupted());
     made.mesh = shadows->mesh();
-    made.bytes = made.mesh ? made.mesh->bytes : shadows->bytes();
+    made.cache = shadows->cache();
+    made.bytes = made.mesh ? made.mesh->bytes : made.cache ? made.cache->held.bytes : shadows->bytes();
     if (visibility.keep_snapshot)
         made.snapshot = shadows->snapshot();
     return made;
@@ -49,6 +50,8 @@ std::string report(const Run& run, const EmbreeScene& scene) {
         table.add_row({"radius r", number(run.settings.radius)});
         table.add_row({"quality q", number(run.settings.quality)});
     }
+    if (run.cache)
+        table.add_row({"spacing g", number(run.cache->spacing)});
     table.add_row({"surface points", grouped(spent.shading_points)});
     table.add_rule();
     table.add_row({"seconds: BVH", fixed(scene.seconds_building(), 3)});
@@ -69,7 +72,16 @@ std::string report(const Run& run, const EmbreeScene& scene) {
         table.add_row({"long tests", grouped(run.mesh->long_tests)});
         table.add_row({"light points", grouped(run.mesh->light_points)});
     }
-    table.add_row({run.mesh ? "memory of the mesh" : "memory of maps and volumes", bytes_text(run.bytes)});
+    if (run.cache) {
+        table.add_row({"rays to lamps", grouped(run.cache->held.lamp_rays)});
+        table.add_row(
+            {"rays to places and links", grouped(run.cache->held.place_rays + run.cache->held.link_rays)});
+        table.add_row({"records", grouped(run.cache->held.records)});
+    }
+    table.add_row({run.mesh    ? "memory of the mesh"
+                   : run.cache ? "memory of the cache"
+                               : "memory of maps and volumes",
+                   bytes_text(run.bytes)});
     const double pairs = static_cast<double>(spent.shading_points) * static_cast<double>(lights);
     table.add_row(
         {"ns per point and light", pairs > 0.0 ? fixed(1e9 * spent.visibility.seconds / pairs, 2) : "-"});

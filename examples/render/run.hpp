@@ -24,7 +24,8 @@ struct Run {
     RenderStatistics statistics;
     double seconds_preparing = 0.0;  ///< until the first ray: devices opened, triangles copied
     std::optional<lightmesh::MeshStatistics> mesh;
-    std::size_t bytes = 0;            ///< of the mesh, or of maps and volumes
+    std::optional<CacheReport> cache;
+    std::size_t bytes = 0;            ///< of the mesh, of the cache, or of maps and volumes
     std::vector<std::byte> snapshot;  ///< of the mesh, if `VisibilityOptions::keep_snapshot`
 
     double seconds() const { return seconds_preparing + statistics.seconds; }

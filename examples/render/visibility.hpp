@@ -41,6 +41,12 @@ struct SurfacePoints {
     std::span<const float> footprints{};           ///< the same
 };
 
+/// What a visibility cache holds, and the step g of its lattice.
+struct CacheReport {
+    float spacing;
+    lightmesh::CacheStatistics held;
+};
+
 /// How lit surface points are: all that the algorithms of `lightmesh-render` differ in. Const members may be
 /// used by any number of threads.
 class Visibility {
@@ -52,6 +58,8 @@ public:
 
     /// Of the light mesh, if there is one.
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }
+    /// Of the visibility cache, if there is one.
+    virtual std::optional<CacheReport> cache() const { return std::nullopt; }
     /// Of shadow maps and volumes outside a mesh.
     virtual std::size_t bytes() const { return 0; }
     /// All that a light mesh knows, for `VisibilityOptions::known`; nothing where there is none that could be
