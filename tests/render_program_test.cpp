@@ -71,6 +71,9 @@ TEST_CASE("lightmesh-render picture: each algorithm there is") {
         const Finished ran = render(folder, "picture spheres -a " + algorithm + tiny + "-o " +
                                                 (folder / (algorithm + ".png")).string());
         CHECK_MESSAGE(ran.status == 0, ran.errors);
+        if (algorithm.ends_with("cache"))
+            for (const char* row : {"spacing g", "rays to lamps", "records", "memory of the cache"})
+                CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
         const demo::Image picture = demo::read_png(folder / (algorithm + ".png"));
         CHECK(demo::mean_absolute_difference(picture, demo::read_png(folder / "whitted.png")) < 0.03);
     }

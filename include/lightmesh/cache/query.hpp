@@ -340,7 +340,7 @@ private:
         }
         const double step = store_.lattice().step(level);
         std::array<std::int32_t, 4> fits;
-        bool is_suspect = false;
+        std::array<bool, 4> suspect{};
         bool fits_all = true;
         for (std::size_t k = 0; k < 4; ++k) {
             const Column& column = cell.columns[k];
@@ -348,12 +348,12 @@ private:
             if (column.record->is_on_surface())
                 fit = fit_of(column.place, column.normal, point_, normal_, step);
             fits[k] = fit.share;
-            is_suspect |= fit.is_suspect;
+            suspect[k] = fit.is_suspect;
             fits_all &= fit.share > 0;
         }
         std::array<bool, 4> seen{true, true, true, true};
-        if (is_suspect || !fits_all || !cell.all_linked)
-            find_seen(seen, cell, place_weights, level);
+        if (!fits_all || !cell.all_linked || std::ranges::find(suspect, true) != suspect.end())
+            find_seen(seen, suspect, cell, place_weights, level);
         for (std::size_t k = 0; k < 4; ++k) {
             if (!seen[k])
                 continue;
@@ -399,8 +399,9 @@ private:
     }
 
     /// Which lattice points the point sees: rays to them, the nearest first, until one is open; from there on
-    /// over links.
-    void find_seen(std::array<bool, 4>& seen, const CacheCell& cell,
+    /// over links. Those behind something that may lie before the point are seen by their own rays alone:
+    /// near the edge of a sheet links lead around it.
+    void find_seen(std::array<bool, 4>& seen, const std::array<bool, 4>& suspect, const CacheCell& cell,
                    const std::array<std::int32_t, 4>& weights, int level) const {
         const glm::vec3 end = off_surface(point_, normal_, store_.lattice().step(level));
         seen.fill(false);
@@ -408,19 +409,18 @@ private:
         std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
             return weights[a] != weights[b] ? weights[a] > weights[b] : a < b;
         });
+        bool is_any_open = false;
         for (const std::size_t k : order) {
-            if (!store_.tracer().occluded({end, store_.lattice().position(cell.index[k], level)})) {
-                seen[k] = true;
-                break;
-            }
+            if (is_any_open && !suspect[k])
+                continue;
+            seen[k] = !store_.tracer().occluded({end, store_.lattice().position(cell.index[k], level)});
+            is_any_open |= seen[k] && !suspect[k];
         }
         constexpr std::array<std::array<std::size_t, 2>, 4> ends{{{0, 1}, {2, 3}, {0, 2}, {1, 3}}};
         for (int pass = 0; pass < 3; ++pass)
             for (std::size_t link = 0; link < 4; ++link)
-                if (cell.links[link]) {
-                    const bool either = seen[ends[link][0]] || seen[ends[link][1]];
-                    seen[ends[link][0]] = seen[ends[link][1]] = either;
-                }
+                if (const auto [a, b] = ends[link]; cell.links[link] && !suspect[a] && !suspect[b])
+                    seen[a] = seen[b] = seen[a] || seen[b];
     }
 
     /// What four records miss between them: one ray to each light from the middle of the cell. It has no say
