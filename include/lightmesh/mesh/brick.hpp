@@ -81,7 +81,7 @@ struct CellIndex {
     static CellIndex row(std::uint32_t index) { return {2 * (index + 1)}; }
     static CellIndex words(std::uint32_t index) { return {2 * (index + 1) + 1}; }
 
-    bool is_dark() const { return value == 0; }
+    bool is_nothing() const { return value == 0; }
     bool is_words() const { return (value & 1) != 0; }
     std::uint32_t index() const { return value / 2 - 1; }
 };

@@ -98,18 +98,15 @@ public:
         const std::uint32_t sampled = samples.sampled & ~tile.sampled;
         const std::uint64_t of_sampled = lights_of_groups(sampled);
         const std::uint64_t uniform = tile.uniform | (samples.uniform & of_sampled);
+        const std::uint64_t uniformly_lit = tile.lit | (samples.lit & samples.uniform & of_sampled);
         std::array<std::uint32_t, cells_per_brick> cells = tile.cells;
         for (int cell = 0; cell < cells_per_brick; ++cell) {
+            std::uint32_t& index = cells[static_cast<std::size_t>(cell)];
             const auto groups = static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff;
             const std::uint64_t stored = lights_of_groups(groups) & ~uniform;
-            if (stored == 0)
-                continue;
-            CellRow row = row_of(tile, cell);
-            for (std::uint64_t rest = stored; rest != 0; rest &= rest - 1) {
-                const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-                row.bytes[l] = static_cast<std::uint8_t>(lit[l] >> (8 * cell));
-            }
-            cells[static_cast<std::size_t>(cell)] = keep(row).value;
+            const bool has_more_lit = index != 0 && uniformly_lit != tile.lit;
+            if (stored != 0 || has_more_lit)
+                index = keep(merged_row(tile, cell, stored, lit), uniform, uniformly_lit).value;
         }
         // From here on nothing throws.
         or_relaxed(tile.lit, samples.lit & samples.uniform & of_sampled);
@@ -133,7 +130,7 @@ public:
         or_release(tile.sampled, copied.sampled);
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
             const CellIndex at{copied.cells[cell]};
-            if (at.is_dark())
+            if (at.is_nothing())
                 continue;
             if (at.is_words()) {
                 const std::uint64_t* record = &from.words[at.index()];
@@ -199,10 +196,10 @@ public:
                rows_.bytes() + words_.bytes();
     }
 
-    /// What a cell holds of all lights; 0 for those of unknown groups and for uniform ones.
+    /// What a cell holds of all lights; 0 for those of unknown groups.
     CellRow row_of(const BrickTile& tile, int cell) const {
         const CellIndex at{load_acquire(tile.cells[static_cast<std::size_t>(cell)])};
-        if (at.is_dark())
+        if (at.is_nothing())
             return CellRow{};
         if (!at.is_words())
             return rows_[at.index()];
@@ -271,14 +268,27 @@ private:
         return index;
     }
 
-    CellIndex keep(const CellRow& row) {
+    /// What a cell holds, with some lights taken from `lit`.
+    CellRow merged_row(const BrickTile& tile, int cell, std::uint64_t lights, const BrickWords& lit) const {
+        CellRow row = row_of(tile, cell);
+        for (; lights != 0; lights &= lights - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(lights));
+            row.bytes[l] = static_cast<std::uint8_t>(lit[l] >> (8 * cell));
+        }
+        return row;
+    }
+
+    /// Stores a cell, if it holds more than what is uniform in its brick.
+    CellIndex keep(CellRow row, std::uint64_t uniform, std::uint64_t uniformly_lit) {
         std::uint64_t lit = 0;
         std::uint64_t mixed = 0;
         for (std::size_t l = 0; l < lights_per_tile; ++l) {
+            if ((uniform >> l & 1) != 0)
+                row.bytes[l] = (uniformly_lit >> l & 1) != 0 ? 0xff : 0;
             lit |= static_cast<std::uint64_t>(row.bytes[l] == 0xff) << l;
             mixed |= static_cast<std::uint64_t>(row.bytes[l] != 0xff && row.bytes[l] != 0) << l;
         }
-        if ((lit | mixed) == 0)
+        if (((lit | mixed) & ~uniform) == 0)
             return {};
         if (std::popcount(mixed) > most_mixed_in_words) {
             const std::uint32_t index = rows_.allocate();

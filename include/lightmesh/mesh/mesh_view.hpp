@@ -70,7 +70,7 @@ struct MeshView {
         if ((load_acquire(tile.uniform) & bit) != 0)
             return (load_relaxed(tile.lit) & bit) != 0 ? 0xff : 0;
         const CellIndex at{load_acquire(tile.cells[static_cast<std::size_t>(cell)])};
-        if (at.is_dark())
+        if (at.is_nothing())
             return 0;
         if (!at.is_words())
             return rows[at.index()].bytes[l];

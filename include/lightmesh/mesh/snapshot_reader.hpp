@@ -202,7 +202,7 @@ private:
                       "a brick's samples make no sense");
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
             const CellIndex at{tile.cells[cell]};
-            if (at.is_dark())
+            if (at.is_nothing())
                 continue;
             require_right(at.value != 1, "a cell is named that is not there");
             if (at.is_words()) {

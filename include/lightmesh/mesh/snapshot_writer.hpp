@@ -135,7 +135,7 @@ private:
         copied.lit = load_relaxed(tile.lit) & copied.uniform;
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
             const CellIndex at{load_acquire(tile.cells[cell])};
-            if (at.is_dark() || (copied.known >> (8 * cell) & 0xff) == 0)
+            if (at.is_nothing() || (copied.known >> (8 * cell) & 0xff) == 0)
                 continue;
             if (at.is_words()) {
                 const std::uint64_t* record = &mesh_.words[at.index()];

@@ -92,13 +92,14 @@ private:
         const BrickTile* tile = mesh_.find_tile(brick, tile_);
         if (tile == nullptr)
             return;
-        if (const std::uint64_t lit = load_relaxed(tile->lit); lit != 0)
-            cells.words[cells.word_count++] = {lit, nullptr, 0, static_cast<std::uint8_t>(popcount(points))};
+        std::uint64_t uniform = 0;  // light points of cells that hold nothing of their own
         for (std::uint64_t rest = cells_in(points) & every_byte; rest != 0; rest &= rest - 1) {
             const int first = std::countr_zero(rest);
             const CellIndex at{load_acquire(tile->cells[static_cast<std::size_t>(first / 8)])};
-            if (at.is_dark())
+            if (at.is_nothing()) {
+                uniform |= points & std::uint64_t{0xff} << first;
                 continue;
+            }
             const auto in_cell = static_cast<std::uint8_t>(points >> first);
             if (at.is_words()) {
                 const std::uint64_t* record = &mesh_.words[at.index()];
@@ -108,6 +109,8 @@ private:
                 cells.rows[cells.row_count++] = {mesh_.rows[at.index()].bytes.data(), in_cell};
             }
         }
+        if (const std::uint64_t lit = load_relaxed(tile->lit); uniform != 0 && lit != 0)
+            cells.words[cells.word_count++] = {lit, nullptr, 0, static_cast<std::uint8_t>(popcount(uniform))};
         if (cells.row_count > capacity || cells.word_count > capacity)
             flush(cells, &cells == &removed_);
     }
