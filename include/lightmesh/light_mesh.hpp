@@ -157,9 +157,9 @@ public:
     std::vector<std::byte> snapshot() const { return detail::SnapshotWriter(data()).write(long_test()); }
 
     /// Adds what a snapshot knows and this mesh lacks: of a mesh with the same radius, quality, origin and
-    /// kind of long tests, of the same scene. Lights belong together by their numbers; those that differ
-    /// contribute nothing, nor does anything that may have to do with the boxes in `changed`, where the scene
-    /// is another one than it was for the snapshot. `bytes` must begin at a multiple of 16.
+    /// kind of long tests, adaptive or not, of the same scene. Lights belong together by their numbers; those
+    /// that differ contribute nothing, nor does anything that may have to do with the boxes in `changed`,
+    /// where the scene is another one than it was for the snapshot. `bytes` must begin at a multiple of 16.
     ///
     /// Everything is checked before the mesh is touched: throws std::invalid_argument that says what is wrong
     /// with the bytes, or that more than 1 in 1,000 bits that both know differ. Where fewer differ, as with
