@@ -388,7 +388,7 @@ TEST_CASE("field: surfaces that shine become lamps of their power, unless they a
     CHECK(demo::import_scene(file, without).lights.size() == 6);
 }
 
-TEST_CASE("field: boxes that shine light outwards; large panes are quarters; other forms are points") {
+TEST_CASE("field: boxes that shine light outwards, large panes are quarters, other forms are points") {
     const test::TemporaryFolder folder;
     folder.write("a.mtl", "newmtl lamp\nKe 1 1 1\nnewmtl floor\nKd .8 .8 .8\n");
     const auto lights_of = [&](const std::string& lamp) {

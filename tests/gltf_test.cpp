@@ -165,7 +165,7 @@ TEST_CASE("glTF: bones carry a skin to where they are at a time") {
     CHECK(corner(scene).y == doctest::Approx(2));
 }
 
-TEST_CASE("glTF: animations are chosen by name or number; files without any are the same at all times") {
+TEST_CASE("glTF: animations are chosen by name or number, files without any are the same at all times") {
     const test::TemporaryFolder folder;
     GltfFile file;
     file.add("SCALAR", {0});
