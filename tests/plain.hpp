@@ -239,8 +239,9 @@ private:
 
     /// The linked short test: light points next to P that P sees, seeds, one after the other until two thirds
     /// of D can be reached from them over open links, each step leading away from its seed; those that are
-    /// reached already are no seeds. Links play no part farther than q + 1 steps from a seed, and what lies
-    /// there is doubtful. One doubt about a seed, a link, or the share makes all light points doubtful.
+    /// reached already are no seeds. Then some of all D, until a quarter can be reached. Links play no part
+    /// farther than q + 1 steps from a seed, and what lies there is doubtful. One doubt about a seed, a link,
+    /// or the share makes all light points doubtful.
     std::vector<Neighbour> linked(const Vec& point, const Vec& n, std::vector<Neighbour> inside) const {
         std::vector<Neighbour> doubtful = inside;
         for (Neighbour& x : doubtful)
@@ -252,8 +253,22 @@ private:
         if (!seeds)
             return doubtful;
 
+        std::vector<Index> candidates = *seeds;
+        for (const Index& seed : far_seeds_of(inside))
+            candidates.push_back(seed);
+
         std::vector<Answer> reached(inside.size(), Answer::no);
-        for (const Index& seed : *seeds) {
+        std::size_t least = 0;
+        std::size_t most = 0;
+        for (std::size_t tried = 0; tried < candidates.size(); ++tried) {
+            const Index& seed = candidates[tried];
+            // Far ones, where those before reach less than a quarter.
+            if (tried >= seeds->size()) {
+                if (4 * least >= inside.size())
+                    break;
+                if (4 * most >= inside.size())
+                    return doubtful;
+            }
             const auto itself = static_cast<std::size_t>(
                 std::ranges::find(inside, seed, [&](const Neighbour& x) { return index_of(x.position); }) -
                 inside.begin());
@@ -270,8 +285,8 @@ private:
             const std::optional<std::set<Index>> from_seed = reach_of(seed);
             if (!from_seed)
                 return doubtful;
-            std::size_t least = 0;
-            std::size_t most = 0;
+            least = 0;
+            most = 0;
             for (std::size_t i = 0; i < inside.size(); ++i) {
                 const Index index = index_of(inside[i].position);
                 if (from_seed->contains(index))
@@ -364,6 +379,29 @@ private:
                 return std::nullopt;
             seeds.push_back(index_of(inside[around[i]].position));
         }
+        return seeds;
+    }
+
+    /// Twelve of D, evenly, in the library's order: bricks of 4x4x4 along x, then y, then z, in them cells of
+    /// 2x2x2, in these light points.
+    std::vector<Index> far_seeds_of(const std::vector<Neighbour>& inside) const {
+        if (inside.empty())
+            return {};
+        std::vector<std::pair<std::array<int, 9>, Index>> order;
+        for (const Neighbour& x : inside) {
+            const Index index = index_of(x.position);
+            std::array<int, 9> key;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                key[2 - axis] = index[axis] >> 2;
+                key[5 - axis] = index[axis] >> 1 & 1;
+                key[8 - axis] = index[axis] & 1;
+            }
+            order.emplace_back(key, index);
+        }
+        std::sort(order.begin(), order.end());
+        std::vector<Index> seeds;
+        for (std::size_t i = 0; i < 12; ++i)
+            seeds.push_back(order[(2 * i + 1) * order.size() / 24].second);
         return seeds;
     }
 

@@ -60,7 +60,7 @@ namespace lightmesh {
 /// How often: for long tests by rays, at most once for each light and light point that queries touch
 /// (adaptive ones: 16 of a brick's 64, and the others where these disagree), and about three times for each
 /// light point to link it; what threads find at the same moment may be traced by each. Then for each query
-/// one short ray or some more, at most 8 (`ShortTest::linked`), none (`none`), or about one for each of some
+/// one short ray or some more, at most 20 (`ShortTest::linked`), none (`none`), or about one for each of some
 /// (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for each light that reaches a
 /// point with m = 0.
 template <class T>

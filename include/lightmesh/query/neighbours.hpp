@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -97,6 +98,17 @@ public:
             if (entry.brick->position() == coord)
                 return (entry.points >> bit & 1) != 0 ? &entry : nullptr;
         return nullptr;
+    }
+
+    /// The light point of this number, in the order of entries and bits: its entry, and its bit in it.
+    std::pair<const BrickPoints*, int> point_at(int number) const {
+        const BrickPoints* entry = entries_;
+        for (; number >= popcount(entry->points); ++entry)
+            number -= popcount(entry->points);
+        std::uint64_t rest = entry->points;
+        for (; number > 0; --number)
+            rest &= rest - 1;
+        return {entry, std::countr_zero(rest)};
     }
 
     /// Adds to what is linked: reach(entry) returns light points of an entry. Returns how many are linked

@@ -17,6 +17,8 @@ namespace lightmesh::detail {
 
 /// A surface point on its way through a query.
 struct QueryPoint {
+    static constexpr int most_far_seeds = 12;
+
     glm::vec3 position{0.0f};
     glm::vec3 normal{0.0f};  ///< of length 1 or 0
     glm::dvec3 grid_place{0.0};
@@ -24,6 +26,8 @@ struct QueryPoint {
     SeedCandidates seeds;
     glm::ivec3 seed{0};
     const BrickPoints* seed_entry = nullptr;
+    int linked_count = 0;      ///< neighbours that are linked by now
+    int far_seeds = 0;         ///< of `most_far_seeds` those that were tried
     std::size_t row = 0;       ///< the row of the result
     std::uint32_t window = 0;  ///< sets of one window can be compared
     std::uint32_t first_change = 0;
@@ -36,19 +40,33 @@ struct QueryPoint {
     QueryPoint(const glm::vec3& position_, const glm::vec3& normal_)
         : position(position_), normal(unit_or_zero(normal_)) {}
 
-    /// Goes on to the next light point that may be a seed of the linked short test. False if there is none
-    /// left: then the neighbours are those that are linked by now.
+    /// Goes on to the next light point that may be a seed of the linked short test: those around the point,
+    /// and where these together reach less than a quarter of the neighbours, it may lie in a hollow: then
+    /// some of all neighbours, evenly. False if there is none left: then the neighbours are those that are
+    /// linked by now.
     bool next_seed() {
         while (!seeds.empty()) {
             seed = seeds.next();
             seed_entry = neighbours.entry_with(seed);
-            // What is linked already has hardly more to add.
-            if (seed_entry != nullptr && (seed_entry->linked >> bit_in_brick(seed) & 1) == 0)
+            if (seed_entry != nullptr && !is_linked(seed_entry, bit_in_brick(seed)))
+                return true;
+        }
+        while (far_seeds < most_far_seeds && 4 * linked_count < neighbours.point_count()) {
+            const auto [entry, bit] =
+                neighbours.point_at((2 * far_seeds + 1) * neighbours.point_count() / (2 * most_far_seeds));
+            ++far_seeds;
+            seed = grid_pos_of(entry->brick->position(), bit);
+            seed_entry = entry;
+            if (!is_linked(entry, bit))
                 return true;
         }
         neighbours.keep_linked();
         return false;
     }
+
+private:
+    /// What is linked already has hardly more to add.
+    static bool is_linked(const BrickPoints* entry, int bit) { return (entry->linked >> bit & 1) != 0; }
 };
 
 /// The surface end of segments from a point.

@@ -32,11 +32,11 @@ bool link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point)
     const FloodView reached(&mesh.words[flood - 1]);
     const FloodBox box(point.seed, mesh.grid->quality());
     const std::size_t slots = FloodBox::slots(mesh.grid->quality());
-    const int linked = point.neighbours.link([&](const BrickPoints& entry) {
+    point.linked_count = point.neighbours.link([&](const BrickPoints& entry) {
         const glm::ivec3 coord = entry.brick->position();
         return box.contains(coord) ? reached.in_slot(box.slot(coord), slots) : std::uint64_t{0};
     });
-    if (3 * linked < 2 * point.neighbours.point_count())
+    if (3 * point.linked_count < 2 * point.neighbours.point_count())
         return false;
     point.neighbours.keep_linked();
     return true;
