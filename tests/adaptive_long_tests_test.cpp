@@ -59,7 +59,7 @@ std::vector<float> ask(const Mesh& mesh, const test::SurfacePoint& point) {
 class PlainSamples {
 public:
     explicit PlainSamples(const Work& work)
-        : work_(work), grid_(work.settings), table_(work.lights, grid_), tracer_{&work.scene} {}
+        : grid_(work.settings), table_(work.lights, grid_), tracer_{&work.scene} {}
 
     float visibility(const test::SurfacePoint& p, std::size_t light) {
         const glm::vec3 normal = glm::normalize(p.normal);
@@ -103,7 +103,6 @@ private:
         return known->second;
     }
 
-    const Work& work_;
     lightmesh::Grid grid_;
     lightmesh::detail::LightTable table_;
     test::PlainTracer tracer_;
