@@ -2,6 +2,7 @@
 #include "hit_tracer.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
+#include "snapshot_bytes.hpp"
 
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/light_mesh.hpp>
@@ -30,7 +31,8 @@ using lightmesh::SnapshotView;
 using lightmesh::VisibilityCache;
 using test::HitTracer;
 using Cache = VisibilityCache<HitTracer>;
-using Bytes = std::vector<std::byte>;
+using test::Bytes;
+using test::error_of;
 
 struct Work {
     std::vector<test::Triangle> scene;
@@ -65,21 +67,8 @@ std::uint64_t rays_of(const auto& cache) {
     return held.lamp_rays + held.place_rays + held.link_rays;
 }
 
-template <class Action>
-std::string error_of(Action&& action) {
-    try {
-        action();
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "";
-}
-
 void sign(Bytes& bytes) {
-    lightmesh::detail::CacheHeader header;
-    std::memcpy(&header, bytes.data(), sizeof header);
-    header.checksum = lightmesh::detail::checksum_of(header, bytes);
-    std::memcpy(bytes.data(), &header, sizeof header);
+    test::sign<lightmesh::detail::CacheHeader>(bytes);
 }
 
 bool contains(const std::string& text, const std::string& part) {

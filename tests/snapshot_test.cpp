@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plain.hpp"
 #include "random_scene.hpp"
+#include "snapshot_bytes.hpp"
 
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
@@ -24,7 +25,8 @@ namespace {
 
 using lightmesh::ShortTest;
 using Mesh = lightmesh::LightMesh<test::PlainTracer>;
-using Bytes = std::vector<std::byte>;
+using test::Bytes;
+using test::error_of;
 
 struct Work {
     std::vector<test::Triangle> scene;
@@ -56,22 +58,8 @@ void ask_all(const Mesh& mesh, const Work& work, std::size_t first, std::size_t 
         ask(mesh, work.points[i]);
 }
 
-/// What a message says, or "" if nothing is thrown.
-template <class Action>
-std::string error_of(Action&& action) {
-    try {
-        action();
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "";
-}
-
 void sign(Bytes& bytes) {
-    lightmesh::detail::SnapshotHeader header;
-    std::memcpy(&header, bytes.data(), sizeof header);
-    header.checksum = lightmesh::detail::checksum_of(header, bytes);
-    std::memcpy(bytes.data(), &header, sizeof header);
+    test::sign<lightmesh::detail::SnapshotHeader>(bytes);
 }
 
 }  // namespace

@@ -128,13 +128,6 @@ struct StoredTile {
 /// Slots hold 0, an index of a record plus one, or with this bit that of an alias.
 inline constexpr std::uint32_t stored_alias_bit = 1u << 31;
 
-/// The checksum of a block whose header is `header`.
-inline std::uint64_t checksum_of(CacheHeader header, std::span<const std::byte> block) {
-    header.checksum = 0;
-    const std::uint64_t of_header = checksum_of(std::as_bytes(std::span<const CacheHeader>(&header, 1)));
-    return (of_header ^ 0x5851f42d4c957f2du) * 3 + checksum_of(block.subspan(sizeof header));
-}
-
 /// Whether bytes begin as a cache's snapshot does.
 inline bool is_cache_snapshot(std::span<const std::byte> bytes) {
     return bytes.size() >= CacheHeader::right_magic.size() &&

@@ -8,6 +8,7 @@
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/snapshot_block.hpp>
 #include <lightmesh/settings.hpp>
 
 #include <atomic>
@@ -15,12 +16,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <memory>
 #include <span>
-#include <stdexcept>
-#include <string>
-#include <variant>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -30,8 +27,7 @@ namespace lightmesh::detail {
 class CacheReader {
 public:
     /// Throws std::invalid_argument that says in one sentence what is wrong with the bytes.
-    explicit CacheReader(std::span<const std::byte> bytes) : bytes_(bytes) {
-        read_header();
+    explicit CacheReader(std::span<const std::byte> bytes) : block_(bytes) {
         read_settings();
         read_lights();
         slots_ = section<std::uint32_t>(cache_slots_section);
@@ -95,30 +91,6 @@ private:
     static_assert(sizeof(std::atomic<std::uint64_t>) == sizeof(std::uint64_t) &&
                   std::atomic<std::uint64_t>::is_always_lock_free);
 
-    [[noreturn]] static void refuse(const std::string& why) {
-        throw std::invalid_argument("lightmesh: not a snapshot that can be read: " + why);
-    }
-    static void require_right(bool right, const char* why) {
-        if (!right)
-            refuse(why);
-    }
-
-    void read_header() {
-        require_right(reinterpret_cast<std::uintptr_t>(bytes_.data()) % 16 == 0,
-                      "its bytes must begin at a multiple of 16");
-        require_right(bytes_.size() >= sizeof header_, "it is shorter than a header");
-        std::memcpy(&header_, bytes_.data(), sizeof header_);
-        require_right(header_.magic == CacheHeader::right_magic, "it does not begin with \"lightcch\"");
-        require_right(header_.byte_order == CacheHeader::right_byte_order,
-                      "it was written on a machine of the other byte order");
-        if (header_.version != CacheHeader::right_version)
-            refuse("its version is " + std::to_string(header_.version) + ", and only version 1 is known");
-        if (header_.size != bytes_.size())
-            refuse("it has " + std::to_string(bytes_.size()) + " bytes where its header says " +
-                   std::to_string(header_.size));
-        require_right(header_.checksum == checksum_of(header_, bytes_), "its checksum is wrong");
-    }
-
     void read_settings() {
         settings_.spacing = header_.spacing;
         settings_.detail = header_.detail;
@@ -139,23 +111,13 @@ private:
     }
 
     void read_lights() {
-        const auto records = section<LightRecord>(cache_lights_section);
-        user_lights_.reserve(records.size());
-        for (const LightRecord& record : records) {
-            require_right(record.kind < std::variant_size_v<Light>, "there is no such kind of light");
-            user_lights_.push_back(light_of(record));
-        }
+        user_lights_ = lights_of(section<LightRecord>(cache_lights_section));
         lamps_ = std::make_unique<const LampTable>(user_lights_);
     }
 
-    /// The structs of a section, which lies within the bytes.
     template <class T>
     std::span<const T> section(std::size_t name) const {
-        const SnapshotSection& at = header_.sections[name];
-        require_right(at.offset % 64 == 0 && at.offset <= bytes_.size() &&
-                          at.count <= (bytes_.size() - at.offset) / sizeof(T),
-                      "a section reaches beyond its end");
-        return {reinterpret_cast<const T*>(bytes_.data() + at.offset), at.count};
+        return block_.section<T>(name);
     }
 
     const RecordKey& key_of(std::uint32_t slot) const {
@@ -223,8 +185,8 @@ private:
                       "a tile's values reach beyond its end");
     }
 
-    std::span<const std::byte> bytes_;
-    CacheHeader header_{};
+    SnapshotBlock<CacheHeader> block_;
+    const CacheHeader& header_ = block_.header();
     CacheSettings settings_;
     std::unique_ptr<const Lattice> lattice_;
     std::vector<Light> user_lights_;

@@ -7,13 +7,13 @@
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/snapshot_block.hpp>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <span>
@@ -39,14 +39,7 @@ public:
         copy_records();
         copy_aliases();
         fill_slots();
-        std::vector<LightRecord> light_records;
-        for (const Light& light : lights)
-            light_records.push_back(record_of(light));
-
         CacheHeader header{};
-        header.magic = CacheHeader::right_magic;
-        header.version = CacheHeader::right_version;
-        header.byte_order = CacheHeader::right_byte_order;
         header.spacing = settings.spacing;
         header.detail = settings.detail;
         header.lamp_rays = settings.lamp_rays;
@@ -57,35 +50,7 @@ public:
         }
         header.places = static_cast<std::uint32_t>(places);
         header.row_source = row_source;
-
-        std::uint64_t size = (sizeof header + 63) / 64 * 64;
-        const auto place = [&](std::size_t section, const auto& from) {
-            header.sections[section] = {size, from.size()};
-            size += (from.size() * sizeof from[0] + 63) / 64 * 64;
-        };
-        place(cache_lights_section, light_records);
-        place(cache_slots_section, slots_);
-        place(cache_records_section, records_);
-        place(cache_aliases_section, aliases_);
-        place(cache_tiles_section, tiles_);
-        place(cache_octets_section, octets_);
-        header.size = size;
-
-        std::vector<std::byte> block(size);
-        const auto copy = [&](std::size_t section, const auto& from) {
-            if (!from.empty())
-                std::memcpy(block.data() + header.sections[section].offset, from.data(),
-                            from.size() * sizeof from[0]);
-        };
-        copy(cache_lights_section, light_records);
-        copy(cache_slots_section, slots_);
-        copy(cache_records_section, records_);
-        copy(cache_aliases_section, aliases_);
-        copy(cache_tiles_section, tiles_);
-        copy(cache_octets_section, octets_);
-        header.checksum = checksum_of(header, block);
-        std::memcpy(block.data(), &header, sizeof header);
-        return block;
+        return write_block(header, records_of(lights), slots_, records_, aliases_, tiles_, octets_);
     }
 
 private:

@@ -139,9 +139,10 @@ inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
 }
 
 /// The checksum of a block whose header is `header`.
-inline std::uint64_t checksum_of(SnapshotHeader header, std::span<const std::byte> block) {
+template <class Header>
+std::uint64_t checksum_of(Header header, std::span<const std::byte> block) {
     header.checksum = 0;
-    const std::uint64_t of_header = checksum_of(std::as_bytes(std::span<const SnapshotHeader>(&header, 1)));
+    const std::uint64_t of_header = checksum_of(std::as_bytes(std::span<const Header>(&header, 1)));
     return (of_header ^ 0x5851f42d4c957f2du) * 3 + checksum_of(block.subspan(sizeof header));
 }
 

@@ -9,6 +9,7 @@
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/mesh/pool.hpp>
 #include <lightmesh/mesh/region_table.hpp>
+#include <lightmesh/mesh/snapshot_block.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
 #include <lightmesh/settings.hpp>
 
@@ -18,11 +19,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <memory>
 #include <span>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -32,8 +30,7 @@ namespace lightmesh::detail {
 class SnapshotReader {
 public:
     /// Throws std::invalid_argument that says in one sentence what is wrong with the bytes.
-    explicit SnapshotReader(std::span<const std::byte> bytes) : bytes_(bytes) {
-        read_header();
+    explicit SnapshotReader(std::span<const std::byte> bytes) : block_(bytes) {
         read_settings();
         read_lights();
         map_sections();
@@ -52,31 +49,6 @@ public:
     std::span<const Brick> bricks() const { return section<Brick>(bricks_section); }
 
 private:
-    [[noreturn]] static void refuse(const std::string& why) {
-        throw std::invalid_argument("lightmesh: not a snapshot that can be read: " + why);
-    }
-    static void require_right(bool right, const char* why) {
-        if (!right)
-            refuse(why);
-    }
-
-    void read_header() {
-        require_right(reinterpret_cast<std::uintptr_t>(bytes_.data()) % 16 == 0,
-                      "its bytes must begin at a multiple of 16");
-        require_right(bytes_.size() >= sizeof header_, "it is shorter than a header");
-        std::memcpy(&header_, bytes_.data(), sizeof header_);
-        require_right(header_.magic == SnapshotHeader::right_magic, "it does not begin with \"lightmsh\"");
-        require_right(header_.byte_order == SnapshotHeader::right_byte_order,
-                      "it was written on a machine of the other byte order");
-        if (header_.version != SnapshotHeader::right_version)
-            refuse("its version is " + std::to_string(header_.version) + ", and only version " +
-                   std::to_string(SnapshotHeader::right_version) + " is known");
-        if (header_.size != bytes_.size())
-            refuse("it has " + std::to_string(bytes_.size()) + " bytes where its header says " +
-                   std::to_string(header_.size));
-        require_right(header_.checksum == checksum_of(header_, bytes_), "its checksum is wrong");
-    }
-
     void read_settings() {
         settings_.radius = header_.radius;
         settings_.quality = header_.quality;
@@ -93,23 +65,13 @@ private:
     }
 
     void read_lights() {
-        const auto records = section<LightRecord>(lights_section);
-        user_lights_.reserve(records.size());
-        for (const LightRecord& record : records) {
-            require_right(record.kind < std::variant_size_v<Light>, "there is no such kind of light");
-            user_lights_.push_back(light_of(record));
-        }
+        user_lights_ = lights_of(section<LightRecord>(lights_section));
         lights_ = std::make_unique<const LightTable>(user_lights_, *grid_);
     }
 
-    /// The structs of a section, which lies within the bytes.
     template <class T>
     std::span<const T> section(std::size_t name) const {
-        const SnapshotSection& at = header_.sections[name];
-        require_right(at.offset % 64 == 0 && at.offset <= bytes_.size() &&
-                          at.count <= (bytes_.size() - at.offset) / sizeof(T),
-                      "a section reaches beyond its end");
-        return {reinterpret_cast<const T*>(bytes_.data() + at.offset), at.count};
+        return block_.section<T>(name);
     }
 
     template <class T>
@@ -245,8 +207,8 @@ private:
         }
     }
 
-    std::span<const std::byte> bytes_;
-    SnapshotHeader header_{};
+    SnapshotBlock<SnapshotHeader> block_;
+    const SnapshotHeader& header_ = block_.header();
     Settings settings_;
     std::unique_ptr<const Grid> grid_;
     std::vector<Light> user_lights_;

@@ -6,6 +6,7 @@
 #include <lightmesh/mesh/mesh_data.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/mesh/region_table.hpp>
+#include <lightmesh/mesh/snapshot_block.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
 #include <lightmesh/support/atomics.hpp>
 
@@ -14,7 +15,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <utility>
 #include <vector>
@@ -31,51 +31,14 @@ public:
     std::vector<std::byte> write(LongTest long_tests) {
         copy_regions();
         SnapshotHeader header{};
-        header.magic = SnapshotHeader::right_magic;
-        header.version = SnapshotHeader::right_version;
-        header.byte_order = SnapshotHeader::right_byte_order;
         header.radius = data_.settings().radius;
         header.quality = data_.settings().quality;
         header.origin = {data_.grid().origin().x, data_.grid().origin().y, data_.grid().origin().z};
         header.short_test = static_cast<std::uint32_t>(data_.settings().short_test);
         header.long_tests = static_cast<std::uint32_t>(long_tests);
         header.adaptive = data_.is_adaptive() ? 1 : 0;
-        std::vector<LightRecord> lights;
-        for (const Light& light : data_.user_lights())
-            lights.push_back(record_of(light));
-
-        std::uint64_t size = (sizeof header + 63) / 64 * 64;
-        const auto place = [&](std::size_t section, std::size_t count, std::size_t of_one) {
-            header.sections[section] = {size, count};
-            size += (count * of_one + 63) / 64 * 64;
-        };
-        place(lights_section, lights.size(), sizeof(LightRecord));
-        place(region_slots_section, slots_.size(), sizeof(std::uint32_t));
-        place(regions_section, regions_.size(), sizeof(Region));
-        place(bricks_section, bricks_.size(), sizeof(Brick));
-        place(tile_indices_section, tile_indices_.size(), sizeof(std::uint32_t));
-        place(tiles_section, tiles_.size(), sizeof(BrickTile));
-        place(rows_section, rows_.size(), sizeof(CellRow));
-        place(words_section, words_.size(), sizeof(std::uint64_t));
-        header.size = size;
-
-        std::vector<std::byte> block(size);
-        const auto copy = [&](std::size_t section, const auto& from) {
-            if (!from.empty())
-                std::memcpy(block.data() + header.sections[section].offset, from.data(),
-                            from.size() * sizeof from[0]);
-        };
-        copy(lights_section, lights);
-        copy(region_slots_section, slots_);
-        copy(regions_section, regions_);
-        copy(bricks_section, bricks_);
-        copy(tile_indices_section, tile_indices_);
-        copy(tiles_section, tiles_);
-        copy(rows_section, rows_);
-        copy(words_section, words_);
-        header.checksum = checksum_of(header, block);
-        std::memcpy(block.data(), &header, sizeof header);
-        return block;
+        return write_block(header, records_of(data_.user_lights()), slots_, regions_, bricks_, tile_indices_,
+                           tiles_, rows_, words_);
     }
 
 private:
