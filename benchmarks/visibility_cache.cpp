@@ -4,12 +4,14 @@
 // packets: errors, times and bytes of a frame of 1920x1440 points, on one thread.
 
 #include "embree_rays.hpp"
+#include "mesh_frame.hpp"
 #include "render/embree_scene.hpp"
 #include "render/text_table.hpp"
 #include "scene/random.hpp"
 #include "scene/scene.hpp"
 #include "shading_points.hpp"
 #include "surface_end.hpp"
+#include "workloads.hpp"
 
 #include <lightmesh/visibility_cache.hpp>
 
@@ -17,7 +19,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -43,17 +44,6 @@ struct Case {
     double mean_error, misses, warm_ns, warm_over_hard, warm_over_lamps, cold_over_hard, cold_over_lamps,
         megabytes;  ///< to reach; 0: nothing is said
 };
-
-constexpr int picture_width = 1920;
-constexpr int picture_height = 1440;
-
-/// Seconds that a call takes.
-template <class Call>
-double seconds(const Call& call) {
-    const auto start = std::chrono::steady_clock::now();
-    call();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// The share of a sphere lamp that is open from a point, by `count` rays to its disc, without any pattern.
 float open_share(Occlusion& tracer, const glm::vec3& from, const glm::vec3& lamp, float radius, int count,

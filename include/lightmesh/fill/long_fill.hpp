@@ -104,7 +104,7 @@ private:
 
     static constexpr std::size_t most_in_call = most_in_long_test<Tracer>;
     /// So many that their samples fill a call.
-    static constexpr std::size_t most_bricks = most_in_call / 16;
+    static constexpr std::size_t most_bricks = most_in_call / std::popcount(brick_samples);
 
     void fill(std::span<const MissingUnits> missing, std::size_t tile) {
         tile_ = tile;

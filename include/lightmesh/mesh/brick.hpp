@@ -72,9 +72,9 @@ struct alignas(16) CellRow {
     std::array<std::uint8_t, lights_per_tile> bytes;
 };
 
-/// Where a cell's visibilities are, but for lights that are uniform in its brick (see `BrickTile`), whose
-/// bits are 0 here. Cells that few lights see by half, most of all outside foliage, take two words and a byte
-/// for each such light; the others take a `CellRow`; those that are dark nothing.
+/// Where a cell's visibilities are. Cells that few lights see by half, most of all outside foliage, take two
+/// words and a byte for each such light; the others take a `CellRow`. Those that know no more than what is
+/// uniform in their brick (see `BrickTile`) take nothing.
 struct CellIndex {
     std::uint32_t value = 0;
 

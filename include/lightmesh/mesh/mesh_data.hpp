@@ -109,7 +109,7 @@ public:
                 index = keep(merged_row(tile, cell, stored, lit), uniform, uniformly_lit).value;
         }
         // From here on nothing throws.
-        or_relaxed(tile.lit, samples.lit & samples.uniform & of_sampled);
+        or_relaxed(tile.lit, uniformly_lit);
         or_release(tile.uniform, uniform);
         or_release(tile.sampled, sampled);
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
