@@ -2,9 +2,11 @@
 #pragma once
 
 #include <lightmesh/cache/blend.hpp>
+#include <lightmesh/cache/cell_values.hpp>
 #include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/row.hpp>
+#include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/geometric.hpp>
@@ -23,35 +25,26 @@ namespace lightmesh::detail {
 /// Four columns and the links between them, and records in the air at their lattice points, with what a query
 /// may take for granted there.
 struct CacheCell {
-    std::array<glm::ivec3, 4> index;
+    CellCorners corners;
     Way way;
     bool is_made = false;
     bool is_flat;
-    bool has_probe;
-    std::array<bool, 4> has_air;
     bool all_linked;
-    std::array<bool, 4> links;    ///< 0-1, 2-3 along u; 0-2, 1-3 along v
-    glm::vec3 normal;             ///< of a flat cell
-    glm::vec3 place;              ///< a record of a flat cell
-    float slack;                  ///< how far from its plane points may lie, world units
-    std::size_t tile;             ///< of the two masks
-    std::uint64_t compared;       ///< the lights of which all rows are known and compared
-    std::uint64_t uniform;        ///< those of them that are the same in all rows
-    std::array<TileRow, 8> rows;  ///< on surfaces, and in the air
-    TileRow probe_row;
-    std::array<Column, 8> columns;
-    Column probe;
-    std::array<Spare, 8> spares;
-    Spare probe_spare;
+    std::array<bool, 4> links;  ///< 0-1, 2-3 along u; 0-2, 1-3 along v
+    std::array<bool, CellValues::record_count> has_column;
+    glm::vec3 normal;        ///< of a flat cell
+    glm::vec3 place;         ///< a record of a flat cell
+    float slack;             ///< how far from its plane points may lie, world units
+    std::uint64_t compared;  ///< the lights of the values' tile that are known in all rows, and compared
+    std::uint64_t uniform;   ///< those of them that are the same in all rows
+    CellValues values;
+    std::array<Column, CellValues::record_count> columns;
 
-    /// After columns and links are there.
+    /// After the four columns and the links are there.
     void finish(double step) {
         all_linked = links[0] && links[1] && links[2] && links[3];
-        has_probe = false;
-        has_air.fill(false);
-        for (TileRow& row : rows)
-            row.tile = TileRow::no_tile;
-        tile = TileRow::no_tile;
+        has_column = {true, true, true, true};
+        begin(CellValues::no_tile);
         normal = columns[0].normal;
         place = columns[0].place;
         float farthest = 0.0f;
@@ -64,10 +57,11 @@ struct CacheCell {
         slack = 0.002f * static_cast<float>(step) - farthest;
     }
 
-    void set_air(std::size_t k, const Column& column) {
-        columns[4 + k] = column;
-        rows[4 + k].tile = TileRow::no_tile;
-        has_air[k] = column.links != nullptr;  // kept
+    /// Begins with another tile.
+    void begin(std::size_t tile) {
+        values.begin(tile);
+        compared = 0;
+        uniform = 0;
     }
 
     /// Whether all four records fit a point wholly, and nothing lies between: then `fit_of` need not be
@@ -78,36 +72,23 @@ struct CacheCell {
 
     /// The lights that have the same value in all four rows, and no centre that contradicts, as far as they
     /// have been compared.
-    std::uint64_t uniform_of(std::size_t of_tile) const { return tile == of_tile ? uniform : 0; }
+    std::uint64_t uniform_of(std::size_t tile) const { return values.tile == tile ? uniform : 0; }
 
     /// Compares some lights, which all rows know; also with the centre, if cells of this level have one.
-    void compare(std::size_t of_tile, std::uint64_t lights, bool is_probed) {
-        if (tile == of_tile)
-            lights &= ~compared;
-        if (lights == 0)
-            return;
-        for (std::size_t k = 0; k < 4; ++k)
-            if (rows[k].tile != of_tile)
-                return;
-        if (is_probed && (probe_row.tile != of_tile || (lights & ~probe_row.known) != 0))
-            return;
-        if (tile != of_tile) {
-            tile = of_tile;
-            compared = 0;
-            uniform = 0;
-        }
+    void compare(std::uint64_t lights, bool is_probed) {
+        lights &= ~compared;
+        if (is_probed)
+            lights &= values.known[CellValues::centre];
         for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
             const int o = std::countr_zero(octets);
-            const std::uint64_t first = rows[0].octet(o);
-            const std::uint64_t differences =
-                (first ^ rows[1].octet(o)) | (first ^ rows[2].octet(o)) | (first ^ rows[3].octet(o));
+            const auto& words = values.octets[static_cast<std::size_t>(o)];
             Lanes lanes;
-            spread_bytes(differences, lanes);
+            spread_bytes((words[0] ^ words[1]) | (words[0] ^ words[2]) | (words[0] ^ words[3]), lanes);
             if (is_probed) {
                 Lanes value;
                 Lanes centre;
-                spread_bytes(first, value);
-                spread_bytes(probe_row.octet(o), centre);
+                spread_bytes(words[0], value);
+                spread_bytes(words[CellValues::centre], centre);
                 mark_missed(lanes, centre, value, value);
             }
             uniform |= (mask_of(lanes) ^ 255u) << 8 * o & lights;

@@ -21,12 +21,6 @@ struct Column {
     glm::vec3 normal{0.0f};  ///< zero: there is no surface
 };
 
-/// A record that is not kept, because the cache is full, and its row.
-struct Spare {
-    Record record;
-    std::array<std::atomic<std::uint64_t>, 8> octets{};
-};
-
 /// Where the centre of a cell falls from: `index` has the cell's least indices along u and v.
 inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, const Way& way, int level) {
     glm::vec3 start = lattice.position(index, level);

@@ -43,13 +43,13 @@ public:
     const Lattice& lattice() const { return reader_.lattice(); }
     const LampTable& lamps() const { return reader_.lamps(); }
 
-    Column column(const glm::ivec3& index, const Way& way, int level, Spare& spare) const {
+    Column column(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         return find(RecordKey(index, RecordKind::fallen, way, level), way, spare);
     }
-    Column air(const glm::ivec3& index, const Way& way, int level, Spare& spare) const {
+    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         return find(RecordKey(index, RecordKind::air, way, level), way, spare);
     }
-    Column probe(const glm::ivec3& index, const Way& way, int level, Spare& spare) const {
+    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         return find(RecordKey(index, RecordKind::probe, way, level), way, spare);
     }
 
@@ -65,12 +65,12 @@ public:
             {lattice().position(from.index, level), lattice().position(to.index, level)});
     }
 
-    TileRow row(const Column& column, std::size_t tile, std::uint64_t wanted, Spare&) const {
+    RowBytes row(const Column& column, std::size_t tile, std::uint64_t wanted) const {
         const TileRow row =
             reader_.row(reader_.records()[column.record->rows.load(std::memory_order_relaxed)], tile);
         if ((wanted & ~row.known) != 0)
             throw NotInCacheSnapshot();
-        return row;
+        return row.bytes();
     }
 
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
@@ -86,14 +86,14 @@ public:
 
 private:
     /// A copy of a record, whose `rows` is its number in the snapshot.
-    Column find(const RecordKey& key, const Way& way, Spare& spare) const {
+    Column find(const RecordKey& key, const Way& way, Record& spare) const {
         const StoredRecord* stored = reader_.find(key);
         if (stored == nullptr)
             throw NotInCacheSnapshot();
-        CacheReader::copy(*stored, spare.record);
-        spare.record.rows.store(static_cast<std::uint32_t>(stored - reader_.records().data()),
-                                std::memory_order_relaxed);
-        return column_of(lattice(), spare.record, way, true);
+        CacheReader::copy(*stored, spare);
+        spare.rows.store(static_cast<std::uint32_t>(stored - reader_.records().data()),
+                         std::memory_order_relaxed);
+        return column_of(lattice(), spare, way, true);
     }
 
     const Tracer& tracer_;

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <cstring>
 
-/// Eight integers at once, one for each light of an octet, by the vector types of GCC and Clang: code for any
-/// processor, and fast on those with AVX2. Never passed by value: that depends on the processor.
+/// Eight numbers at once, one for each light of an octet, by the vector types of GCC and Clang. Never passed
+/// by value: that depends on the processor.
 
 namespace lightmesh::detail {
 
@@ -13,6 +13,8 @@ using Lanes [[gnu::vector_size(32)]] = std::uint32_t;
 using SignedLanes [[gnu::vector_size(32)]] = std::int32_t;
 using FloatLanes [[gnu::vector_size(32)]] = float;
 using ByteLanes [[gnu::vector_size(8)]] = std::uint8_t;
+/// Half an octet.
+using DoubleLanes [[gnu::vector_size(32)]] = double;
 
 /// The bytes of a word, the lowest first.
 inline void spread_bytes(std::uint64_t word, Lanes& lanes) {

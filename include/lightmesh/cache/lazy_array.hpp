@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <new>
 #include <type_traits>
 
 namespace lightmesh::detail {
@@ -21,7 +21,7 @@ public:
     T& operator[](std::size_t i) {
         T* const value = reinterpret_cast<T*>(memory_) + i;
         if ((made_ >> i & 1u) == 0) {
-            std::construct_at(value);
+            ::new (static_cast<void*>(value)) T;
             made_ |= std::uint64_t{1} << i;
         }
         return *value;

@@ -3,6 +3,7 @@
 
 #include <lightmesh/cache/blend.hpp>
 #include <lightmesh/cache/cell.hpp>
+#include <lightmesh/cache/kernels/kernels.hpp>
 #include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/lazy_array.hpp>
@@ -30,7 +31,7 @@ namespace lightmesh::detail {
 template <class Store>
 class CacheQuery {
 public:
-    explicit CacheQuery(const Store& store) : store_(store) {}
+    explicit CacheQuery(const Store& store) : store_(store), kernels_(cache_kernels()) {}
 
     /// S of all lights.
     void all(const SurfacePoint& point, std::span<float> lit) {
@@ -55,38 +56,35 @@ public:
     }
 
 private:
-    /// What a level offers to the point.
-    struct Taps {
-        std::size_t count;
-        std::array<const Column*, 8> columns;
-        std::array<TileRow*, 8> rows;
-        std::array<std::uint32_t, 8> weights;
-        const Column* probe;
-        TileRow* probe_row;
-        std::uint32_t window;
-    };
-
-    /// A level's cell about the point.
+    /// A level's cell about the point, and what it says.
     struct Visit {
         CellPlace place;
         CacheCell* cell;
-        bool is_flat;  ///< whether all four records fit the point without further questions
-        bool has_taps;
-        Taps taps;
+        bool is_flat;   ///< whether all four records fit the point without further questions
+        bool has_taps;  ///< whether it is known which records serve the point
+        BlendLevel level;
     };
 
     bool begin(const SurfacePoint& point) {
         if (!is_finite(point.position) || !is_finite(point.normal))
             return false;
         point_ = point.position;
-        normal_ = unit(point.normal);
-        ways_ = is_zero(normal_) ? WeightedWays{} : ways_of(normal_);
         store_.lattice().check_inside(point_);
+        // Neighbouring points often have the same normal.
+        if (!has_normal_ || point.normal != given_normal_) {
+            given_normal_ = point.normal;
+            has_normal_ = true;
+            normal_ = unit(point.normal);
+            ways_ = is_zero(normal_) ? WeightedWays{} : ways_of(normal_);
+            has_tangent_ = false;
+        }
         footprint_ = point.footprint > 0.0f ? static_cast<double>(point.footprint) : 0.0;
-        smooth_normal_ =
-            is_finite(point.shading_normal) ? unit_or_zero(point.shading_normal) : glm::vec3(0.0f);
-        const float cosine = glm::dot(smooth_normal_, normal_);
-        is_smooth_ = cosine > 0.0f && cosine < 0.999999f;
+        is_smooth_ = false;
+        if (is_finite(point.shading_normal)) {
+            smooth_normal_ = unit_or_zero(point.shading_normal);
+            const float cosine = glm::dot(smooth_normal_, normal_);
+            is_smooth_ = cosine > 0.0f && cosine < 0.999999f;
+        }
         visited_ = 0;
         first_level_ = Lattice::base_level;
         while (first_level_ > 0 && share_of(first_level_) < one_weight)
@@ -116,16 +114,16 @@ private:
             return;
         }
         if (is_zero(normal_)) {
-            blend_.start(lights);
+            kernels_.start(blend_, lights);
             add_exact(tile, lights);
-            write(lit);
+            kernels_.write_blend(blend_, lit);
             return;
         }
         if (ways_.count == 1) {
             if (smooth_lights_ == 0 && find_uniform(tile, lights, lit))
                 return;
             find_along(ways_.ways[0], tile, lights);
-            write(lit);
+            kernels_.write_blend(blend_, lit);
         } else {
             find_along_all(tile, lights, lit);
         }
@@ -154,17 +152,6 @@ private:
             lit[l] = static_cast<float>(static_cast<double>(sums[l]) / whole);
     }
 
-    void write(std::span<float> lit) const {
-        constexpr float scale = 1.0f / (static_cast<float>(one_value) * static_cast<float>(one_weight));
-        for (std::size_t first = 0; first < lit.size(); first += 8) {
-            // Below 2^31, so that signed numbers, which are faster, do.
-            const auto found = __builtin_convertvector(blend_.found[first / 8], SignedLanes);
-            const FloatLanes values = __builtin_convertvector(found, FloatLanes) * scale;
-            std::memcpy(lit.data() + first, &values,
-                        sizeof(float) * (std::min)(lit.size() - first, std::size_t{8}));
-        }
-    }
-
     /// Where the first level's cell has the same value in all records, for every light, no more is needed.
     bool find_uniform(std::size_t tile, std::uint64_t lights, std::span<float> lit) {
         if (first_level_ < Lattice::base_level)
@@ -172,14 +159,12 @@ private:
         const Visit& visit = visit_level(first_level_, ways_.ways[0]);
         if (!visit.is_flat || (lights & ~visit.cell->uniform_of(tile)) != 0)
             return false;
-        blend_.start(lights);
-        blend_.add(visit.cell->rows[0], lights);
-        write(lit);
+        kernels_.write_first(visit.cell->values, lights, lit);
         return true;
     }
 
     void find_along(const Way& way, std::size_t tile, std::uint64_t lights) {
-        blend_.start(lights);
+        kernels_.start(blend_, lights);
         for (int level = first_level_; lights != 0; ++level) {
             const int finest = store_.lattice().finest_level();
             const std::int32_t next = level < finest ? share_of(level + 1) : 0;
@@ -188,43 +173,47 @@ private:
             CacheCell& cell = *visit.cell;
             if (!visit.has_taps)
                 make_taps(visit, level);
-            Taps& taps = visit.taps;
-            if (taps.count == 0) {
+            BlendLevel& blended = visit.level;
+            if (blended.taps == 0) {
                 if (!is_last)
                     continue;
                 add_exact(tile, lights);
                 return;
             }
-            if (const std::uint64_t bent = bent_lights(taps, tile, lights); bent != 0) {
+            if (smooth_lights_ != 0) {
+                const std::uint64_t bent = bent_lights(visit, tile, lights);
                 add_exact(tile, bent);
                 lights &= ~bent;
+                if (lights == 0)
+                    return;
             }
             const bool is_base = level >= Lattice::base_level;
             if (visit.is_flat && is_base) {
-                const std::uint64_t done = lights & cell.uniform_of(tile);
-                blend_.add(cell.rows[0], done);
-                lights &= ~done;
+                if (const std::uint64_t done = lights & cell.uniform_of(tile); done != 0) {
+                    kernels_.give_to_first(blend_, cell.values, done);
+                    lights &= ~done;
+                    if (lights == 0)
+                        return;
+                }
             }
-            if (lights == 0)
-                return;
-            level_.taps = taps.count;
-            for (std::size_t k = 0; k < taps.count; ++k) {
-                level_.weights[k] = taps.weights[k];
-                level_.rows[k] = &known_row(*taps.rows[k], *taps.columns[k], tile, lights, row_spares_[k]);
-            }
+            if (cell.values.tile != tile)
+                cell.begin(tile);
+            for (std::size_t k = 0; k < blended.taps; ++k)
+                read(cell, blended.records[k], tile, lights);
             const bool is_exact = is_last && store_.settings().exact_edges;
-            level_.is_last = is_last && !is_exact;
-            level_.force = is_exact || is_base ? 0 : one_weight;
-            level_.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
-            level_.probe = nullptr;
+            blended.is_last = is_last && !is_exact;
+            blended.force = is_exact || is_base ? 0 : one_weight;
+            blended.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
             const bool is_probed = is_base && level < Lattice::base_level + probed_levels;
-            if (!is_last && is_probed && place_probe(visit, level)) {
-                level_.probe = &known_row(*taps.probe_row, *taps.probe, tile, lights, row_spares_[8]);
-                level_.window = taps.window;
+            blended.window = is_probed && !is_last ? window_of(visit.place) : 0;
+            blended.is_probed = blended.window != 0;
+            if (blended.is_probed) {
+                place_probe(cell, level);
+                read(cell, CellValues::centre, tile, lights);
             }
             if (visit.is_flat)
-                cell.compare(tile, lights, is_probed);
-            lights = blend_level(blend_, lights, level_);
+                cell.compare(lights, is_probed);
+            lights = kernels_.blend_level(blend_, lights, blended);
             if (is_exact && lights != 0) {
                 add_exact(tile, lights);
                 return;
@@ -232,23 +221,23 @@ private:
         }
     }
 
-    /// Makes a row know some lights, if it does not yet.
-    const TileRow& known_row(TileRow& row, const Column& column, std::size_t tile, std::uint64_t lights,
-                             Spare& spare) const {
-        if (row.tile != tile || (lights & ~row.known) != 0)
-            row = store_.row(column, tile, lights, spare);
-        return row;
+    /// Makes some lights known in the values of a cell's record.
+    void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) const {
+        if ((lights & ~cell.values.known[record]) != 0)
+            cell.values.set(record, store_.row(cell.columns[record], tile, lights));
     }
 
     /// The lights about which the geometric normal of the point, or of a record that serves it, says
     /// something else than the smooth surface does: some of the lamp is below that plane.
-    std::uint64_t bent_lights(const Taps& taps, std::size_t tile, std::uint64_t lights) const {
+    std::uint64_t bent_lights(const Visit& visit, std::size_t tile, std::uint64_t lights) const {
+        const CacheCell& cell = *visit.cell;
+        const BlendLevel& taps = visit.level;
         lights &= smooth_lights_;
         if (lights == 0)
             return 0;
         float sine_squared = 0.0f;
-        for (std::size_t k = 0; k < taps.count; ++k) {
-            const glm::vec3& other = taps.columns[k]->normal;
+        for (std::size_t k = 0; k < taps.taps; ++k) {
+            const glm::vec3& other = cell.columns[taps.records[k]].normal;
             if (is_zero(other))
                 continue;
             const float cosine = glm::dot(normal_, other);
@@ -261,9 +250,10 @@ private:
             const Lamp& lamp =
                 store_.lamps().lamp(tile * lamps_per_tile + static_cast<std::size_t>(std::countr_zero(rest)));
             bool is_bent = lamp.is_cut(point_, normal_);
-            for (std::size_t k = 0; k < taps.count && !is_bent; ++k)
-                is_bent = !is_zero(taps.columns[k]->normal) &&
-                          lamp.is_cut(taps.columns[k]->place, taps.columns[k]->normal);
+            for (std::size_t k = 0; k < taps.taps && !is_bent; ++k) {
+                const Column& column = cell.columns[taps.records[k]];
+                is_bent = !is_zero(column.normal) && lamp.is_cut(column.place, column.normal);
+            }
             if (is_bent)
                 bent |= rest & (~rest + 1u);
         }
@@ -287,14 +277,16 @@ private:
     }
 
     Visit& visit_level(int level, const Way& way) {
-        if (visited_ == 0 || way.number() != tangent_.way.number()) {
+        if (!has_tangent_ || tangent_.way != way) {
             visited_ = 0;
             tangent_ = TangentPlane(normal_, way);
+            has_tangent_ = true;
         }
         Visit& visit = visits_[static_cast<std::size_t>(level)];
         if ((visited_ >> level & 1u) == 0) {
             visit.place = place_in_cell(store_.lattice(), point_, tangent_, level);
-            visit.cell = &cell_at(visit.place, way, level);
+            visit.cell = &cell_at(visit.place.corners, way, level);
+            visit.level.values = &visit.cell->values;
             visit.is_flat = visit.cell->fits(point_, normal_);
             visit.has_taps = false;
             visited_ |= 1u << level;
@@ -302,18 +294,17 @@ private:
         return visit;
     }
 
-    CacheCell& cell_at(const CellPlace& place, const Way& way, int level) {
-        const std::size_t slot =
-            static_cast<std::size_t>(place.index[0][way.u()] + 2 * place.index[0][way.v()]) & 3u;
+    CacheCell& cell_at(const CellCorners& corners, const Way& way, int level) {
+        const std::size_t slot = static_cast<std::size_t>(corners.u + 2 * corners.v) & 3u;
         CacheCell& cell = cells_[4 * static_cast<std::size_t>(level) + slot];
-        if (cell.is_made && cell.index == place.index && cell.way.number() == way.number())
+        if (cell.is_made && cell.corners == corners && cell.way == way)
             return cell;
         cell.is_made = false;
-        cell.index = place.index;
+        cell.corners = corners;
         cell.way = way;
         bool is_kept = true;
         for (std::size_t k = 0; k < 4; ++k) {
-            cell.columns[k] = store_.column(place.index[k], way, level, cell.spares[k]);
+            cell.columns[k] = store_.column(corners.index(k, way), way, level, spare(cell, k));
             is_kept &= cell.columns[k].links != nullptr;
         }
         const auto linked = [&](std::size_t from, std::size_t to, int direction) {
@@ -327,17 +318,17 @@ private:
 
     void make_taps(Visit& visit, int level) {
         CacheCell& cell = *visit.cell;
-        Taps& taps = visit.taps;
+        BlendLevel& taps = visit.level;
         const std::array<std::int32_t, 4> place_weights = visit.place.weights();
         visit.has_taps = true;
-        taps.count = 0;
-        std::array<std::int64_t, 8> raw{};
         if (visit.is_flat) {
+            taps.taps = 4;
             for (std::size_t k = 0; k < 4; ++k)
-                add_tap(taps, raw, cell.columns[k], cell.rows[k], place_weights[k] + 1);
-            set_weights(taps, raw);
+                taps.set(k, k, static_cast<std::uint32_t>(place_weights[k]));
             return;
         }
+        taps.taps = 0;
+        std::array<std::int64_t, 8> raw{};
         const double step = store_.lattice().step(level);
         std::array<std::int32_t, 4> fits;
         std::array<bool, 4> suspect{};
@@ -359,43 +350,44 @@ private:
                 continue;
             const std::int64_t weight = place_weights[k] + 1;
             if (fits[k] == 256) {
-                add_tap(taps, raw, cell.columns[k], cell.rows[k], 2560 * weight);
+                add_tap(taps, raw, k, 2560 * weight);
                 continue;
             }
             if (fits[k] > 0)
-                add_tap(taps, raw, cell.columns[k], cell.rows[k], 10 * weight * fits[k]);
-            if (!cell.has_air[k])
-                cell.set_air(k, store_.air(cell.index[k], cell.way, level, cell.spares[4 + k]));
-            add_tap(taps, raw, cell.columns[4 + k], cell.rows[4 + k], 3 * weight * (256 - fits[k]));
+                add_tap(taps, raw, k, 10 * weight * fits[k]);
+            const std::size_t air = CellValues::first_in_air + k;
+            if (!cell.has_column[air])
+                set_column(cell, air,
+                           store_.air(cell.corners.index(k, cell.way), cell.way, level, spare(cell, air)));
+            add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
     }
 
-    static void add_tap(Taps& taps, std::array<std::int64_t, 8>& raw, const Column& column, TileRow& row,
+    static void add_tap(BlendLevel& taps, std::array<std::int64_t, 8>& raw, std::size_t record,
                         std::int64_t weight) {
-        taps.columns[taps.count] = &column;
-        taps.rows[taps.count] = &row;
-        raw[taps.count++] = weight;
+        taps.records[taps.taps] = static_cast<std::uint8_t>(record);
+        raw[taps.taps++] = weight;
     }
 
     /// Weights that sum to one_weight. What they are made of is below 2^53.
-    static void set_weights(Taps& taps, const std::array<std::int64_t, 8>& raw) {
-        if (taps.count == 0)
+    static void set_weights(BlendLevel& taps, const std::array<std::int64_t, 8>& raw) {
+        if (taps.taps == 0)
             return;
         std::int64_t sum = 0;
         std::size_t heaviest = 0;
-        for (std::size_t k = 0; k < taps.count; ++k) {
+        for (std::size_t k = 0; k < taps.taps; ++k) {
             sum += raw[k];
             if (raw[k] > raw[heaviest])
                 heaviest = k;
         }
-        std::int64_t rest = one_weight;
-        for (std::size_t k = 0; k < taps.count; ++k) {
+        std::uint32_t rest = one_weight;
+        for (std::size_t k = 0; k < taps.taps; ++k) {
             const double share = static_cast<double>(raw[k] * one_weight) / static_cast<double>(sum);
-            taps.weights[k] = static_cast<std::uint32_t>(static_cast<std::int32_t>(share));
+            taps.set(k, taps.records[k], static_cast<std::uint32_t>(static_cast<std::int32_t>(share)));
             rest -= taps.weights[k];
         }
-        taps.weights[heaviest] += static_cast<std::uint32_t>(rest);
+        taps.set(heaviest, taps.records[heaviest], taps.weights[heaviest] + rest);
     }
 
     /// Which lattice points the point sees: rays to them, the nearest first, until one is open; from there on
@@ -405,15 +397,21 @@ private:
                    const std::array<std::int32_t, 4>& weights, int level) const {
         const glm::vec3 end = off_surface(point_, normal_, store_.lattice().step(level));
         seen.fill(false);
-        std::array<std::size_t, 4> order{0, 1, 2, 3};
-        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-            return weights[a] != weights[b] ? weights[a] > weights[b] : a < b;
-        });
+        // Heavier first, and the lesser number first among equals.
+        std::array<std::size_t, 4> order;
+        for (std::size_t k = 0; k < 4; ++k) {
+            std::size_t heavier = 0;
+            for (std::size_t other = 0; other < 4; ++other)
+                heavier +=
+                    weights[other] > weights[k] || (weights[other] == weights[k] && other < k) ? 1u : 0u;
+            order[heavier] = k;
+        }
         bool is_any_open = false;
         for (const std::size_t k : order) {
             if (is_any_open && !suspect[k])
                 continue;
-            seen[k] = !store_.tracer().occluded({end, store_.lattice().position(cell.index[k], level)});
+            seen[k] = !store_.tracer().occluded(
+                {end, store_.lattice().position(cell.corners.index(k, cell.way), level)});
             is_any_open |= seen[k] && !suspect[k];
         }
         constexpr std::array<std::array<std::size_t, 2>, 4> ends{{{0, 1}, {2, 3}, {0, 2}, {1, 3}}};
@@ -423,37 +421,42 @@ private:
                     seen[a] = seen[b] = seen[a] || seen[b];
     }
 
-    /// What four records miss between them: one ray to each light from the middle of the cell. It has no say
-    /// at the cell's border, where the next cell may know nothing of it. Returns whether it has.
-    bool place_probe(Visit& visit, int level) {
-        CacheCell& cell = *visit.cell;
-        const CellPlace& place = visit.place;
-        const auto inside = [](float at) {
-            return weight_of(static_cast<double>((std::min)(at, 1.0f - at)) / 0.125);
-        };
-        const std::int32_t window = (std::min)(inside(place.at[0]), inside(place.at[1]));
-        if (window == 0)
-            return false;
-        if (!cell.has_probe) {
-            glm::ivec3 index = place.index[0];
-            for (std::size_t k = 1; k < 4; ++k)
-                if (cell.way.sign > 0.0f ? place.index[k][cell.way.axis] > index[cell.way.axis]
-                                         : place.index[k][cell.way.axis] < index[cell.way.axis])
-                    index[cell.way.axis] = place.index[k][cell.way.axis];
-            cell.probe = store_.probe(index, cell.way, level, cell.probe_spare);
-            cell.probe_row.tile = TileRow::no_tile;
-            cell.has_probe = true;
-        }
-        visit.taps.probe = &cell.probe;
-        visit.taps.probe_row = &cell.probe_row;
-        visit.taps.window = static_cast<std::uint32_t>(window);
-        return true;
+    /// The weight of a cell's centre: none at the cell's border, where the next cell may know nothing of it.
+    static std::uint32_t window_of(const CellPlace& place) {
+        const std::int32_t inside =
+            (std::min)({place.at[0], one_weight - place.at[0], place.at[1], one_weight - place.at[1]});
+        return static_cast<std::uint32_t>((std::min)(8 * inside, one_weight));
+    }
+
+    /// What four records miss between them: one ray to each light from the middle of the cell.
+    void place_probe(CacheCell& cell, int level) {
+        if (cell.has_column[CellValues::centre])
+            return;
+        const auto [lowest, highest] = std::ranges::minmax(cell.corners.along);
+        glm::ivec3 index = cell.corners.index(0, cell.way);
+        index[cell.way.axis] = cell.way.sign > 0.0f ? highest : lowest;
+        set_column(cell, CellValues::centre,
+                   store_.probe(index, cell.way, level, spare(cell, CellValues::centre)));
+    }
+
+    static void set_column(CacheCell& cell, std::size_t record, const Column& column) {
+        cell.columns[record] = column;
+        cell.has_column[record] = true;
+    }
+
+    /// Where a record of a cell stands that is not kept.
+    Record& spare(const CacheCell& cell, std::size_t record) {
+        return spares_[static_cast<std::size_t>(&cell - &cells_[0])][record];
     }
 
     static constexpr int probed_levels = 2;
 
     const Store& store_;
+    const CacheKernels& kernels_;
     glm::vec3 point_{0.0f};
+    glm::vec3 given_normal_{0.0f};  ///< as the last point had it
+    bool has_normal_ = false;
+    bool has_tangent_ = false;
     glm::vec3 normal_{0.0f};
     glm::vec3 smooth_normal_{0.0f};
     bool is_smooth_ = false;           ///< whether the smooth normal differs from the geometric one
@@ -461,13 +464,12 @@ private:
     double footprint_ = 0.0;
     int first_level_ = Lattice::base_level;
     Blend blend_;
-    BlendLevel level_;
     WeightedWays ways_;
     std::uint32_t visited_ = 0;  ///< one bit for each level
     TangentPlane tangent_;
     LazyArray<Visit, Lattice::level_count> visits_;
     LazyArray<CacheCell, 4 * Lattice::level_count> cells_;
-    LazyArray<Spare, 9> row_spares_;
+    LazyArray<std::array<Record, CellValues::record_count>, 4 * Lattice::level_count> spares_;
 };
 
 }  // namespace lightmesh::detail

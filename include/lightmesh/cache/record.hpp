@@ -23,6 +23,7 @@ struct Way {
     int axis = 0;
     float sign = 1.0f;  ///< of the surface's normal along the axis
 
+    bool operator==(const Way& other) const = default;
     std::uint32_t number() const { return static_cast<std::uint32_t>(2 * axis) + (sign < 0.0f ? 1u : 0u); }
     int u() const { return axis == 2 ? 0 : axis + 1; }
     int v() const { return axis == 0 ? 2 : axis - 1; }

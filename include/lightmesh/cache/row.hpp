@@ -14,17 +14,28 @@ namespace lightmesh::detail {
 /// Lights are handled in tiles of 64, and their visibilities, a byte each, in octets of 8 lights.
 inline constexpr std::size_t lamps_per_tile = 64;
 
-/// The visibilities of a tile of lights at one record, as far as they are known.
-struct TileRow {
-    static constexpr std::size_t no_tile = ~std::size_t{0};
+/// The visibilities of a tile of lights at one record, as far as they are known: eight bytes an octet, the
+/// first light's in the lowest, 0 until they are known.
+struct RowBytes {
+    std::uint64_t known = 0;  ///< one bit for each light
+    std::array<std::uint64_t, 8> octets{};
+};
 
-    std::size_t tile = no_tile;  ///< none: the row may change behind this
-    std::uint64_t known = 0;     ///< one bit for each light
-    /// Eight bytes each, the first light's in the lowest; null where no light of the octet is known.
+/// Where the octets of a tile stand; null where no light of the octet is known.
+struct TileRow {
+    std::uint64_t known = 0;
     std::array<const std::atomic<std::uint64_t>*, 8> octets{};
 
     std::uint64_t octet(int o) const {
         return octets[static_cast<std::size_t>(o)]->load(std::memory_order_relaxed);
+    }
+    RowBytes bytes() const {
+        RowBytes row;
+        row.known = known;
+        for (std::size_t o = 0; o < 8; ++o)
+            if (octets[o] != nullptr)
+                row.octets[o] = octets[o]->load(std::memory_order_relaxed);
+        return row;
     }
 };
 
@@ -46,7 +57,6 @@ public:
 
     TileRow gather(std::size_t tile) const {
         TileRow row;
-        row.tile = tile;
         for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
             const std::atomic<std::uint64_t>* block = pool_.at(at);
             const std::uint64_t header = block[0].load(std::memory_order_relaxed);

@@ -65,7 +65,6 @@ public:
     /// The values of a tile of lights at a record, as far as they are known.
     TileRow row(const StoredRecord& record, std::size_t tile) const {
         TileRow row;
-        row.tile = tile;
         for (const StoredTile& stored : tiles_of(record)) {
             if (stored.tile != tile)
                 continue;

@@ -80,15 +80,15 @@ public:
     }
 
     /// The record that falls from a lattice point.
-    Column column(glm::ivec3 index, const Way& way, int level, Spare& spare) const {
+    Column column(glm::ivec3 index, const Way& way, int level, Record& spare) const {
         // A record far below belongs to a lattice point nearer to it: then two points of a slope, which start
         // at different heights, share it.
         for (;;) {
             const RecordKey key(index, RecordKind::fallen, way, level);
             if (const Record* known = table_.find(key))
                 return stand(*known, way, true);
-            spare.record.key = key;
-            const int down = make(spare.record, index, way, level);
+            spare.key = key;
+            const int down = make(spare, index, way, level);
             if (down == 0)
                 return keep(spare, way);
             index[way.axis] -= down * static_cast<int>(way.sign);
@@ -102,29 +102,29 @@ public:
     }
 
     /// A record in the air, at a lattice point.
-    Column air(const glm::ivec3& index, const Way& way, int level, Spare& spare) const {
+    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         const RecordKey key(index, RecordKind::air, way, level);
         if (const Record* known = table_.find(key))
             return stand(*known, way, true);
-        reset(spare.record, key);
+        reset(spare, key);
         return keep(spare, way);
     }
 
     /// The probe of the cell of four columns whose least indices along u and v are those of `index`, and
     /// whose highest lattice point has that of `index` along the axis.
-    Column probe(const glm::ivec3& index, const Way& way, int level, Spare& spare) const {
+    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         const RecordKey key(index, RecordKind::probe, way, level);
         if (const Record* known = table_.find(key))
             return stand(*known, way, true);
-        reset(spare.record, key);
+        reset(spare, key);
         std::uint64_t rays = 0;
         const auto step = static_cast<float>(lattice_.step(level));
         const auto landing = fall_onto_surface(tracer_, probe_start(lattice_, index, way, level), way,
                                                4.0f * step, step, rays);
         place_rays_.fetch_add(rays, std::memory_order_relaxed);
         if (landing) {
-            spare.record.fall = landing->fall;
-            spare.record.set_normal(landing->normal);
+            spare.fall = landing->fall;
+            spare.set_normal(landing->normal);
         }
         return keep(spare, way);
     }
@@ -151,34 +151,27 @@ public:
     }
 
     /// The row of a column's record, after making sure that it knows the lights in `wanted`.
-    TileRow row(const Column& column, std::size_t tile, std::uint64_t wanted, Spare& spare) const {
+    RowBytes row(const Column& column, std::size_t tile, std::uint64_t wanted) const {
         // A record that is not kept has no links.
         const bool is_kept = column.links != nullptr;
-        TileRow row;
-        if (is_kept) {
-            row = RowList(table_.pool(), const_cast<Record*>(column.record)->rows).gather(tile);
-            if ((wanted & ~row.known) == 0)
-                return row;
-            wanted &= ~row.known;
-        }
+        RowBytes row;
+        if (is_kept)
+            row = RowList(table_.pool(), const_cast<Record*>(column.record)->rows).gather(tile).bytes();
+        wanted &= ~row.known;
+        if (wanted == 0)
+            return row;
         TileValues values{};
         find_row(column, tile, wanted, values);
         if (is_kept && !is_full()) {
             Record& record = const_cast<Record&>(*column.record);
             keep_row(record, tile, wanted, values);
-            return RowList(table_.pool(), record.rows).gather(tile);
+            return RowList(table_.pool(), record.rows).gather(tile).bytes();
         }
-        for (std::size_t o = 0; o < 8; ++o) {
-            std::uint64_t bytes =
-                row.octets[o] != nullptr ? row.octets[o]->load(std::memory_order_relaxed) : 0;
-            for (std::size_t b = 0; b < 8; ++b)
-                if ((wanted >> (8 * o + b) & 1u) != 0)
-                    bytes |= static_cast<std::uint64_t>(values[8 * o + b]) << 8 * b;
-            spare.octets[o].store(bytes, std::memory_order_relaxed);
-            row.octets[o] = &spare.octets[o];
+        for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            row.octets[l / 8] |= static_cast<std::uint64_t>(values[l]) << l % 8 * 8;
         }
         row.known |= wanted;
-        row.tile = TileRow::no_tile;
         return row;
     }
 
@@ -238,8 +231,8 @@ private:
         return 0;
     }
 
-    Column keep(const Spare& made, const Way& way) const {
-        return is_full() ? stand(made.record, way, false) : stand(*table_.add(made.record), way, true);
+    Column keep(const Record& made, const Way& way) const {
+        return is_full() ? stand(made, way, false) : stand(*table_.add(made), way, true);
     }
 
     Column stand(const Record& record, const Way& way, bool is_kept) const {

@@ -60,20 +60,33 @@ inline WeightedWays ways_of(const glm::vec3& unit_normal) {
     return found;
 }
 
-/// The four lattice points whose columns surround a point, (0, 0), (1, 0), (0, 1), (1, 1) along (u, v), each
-/// the first at least a quarter of a step before the point's tangent plane.
-struct CellPlace {
-    std::array<glm::ivec3, 4> index;
-    std::array<float, 2> at;  ///< the point's place in the cell, 0 to 1
+/// Four lattice points whose columns surround points: (0, 0), (1, 0), (0, 1), (1, 1) along (u, v).
+struct CellCorners {
+    std::int32_t u;                     ///< the lesser index along u
+    std::int32_t v;                     ///< the lesser index along v
+    std::array<std::int32_t, 4> along;  ///< the indices along the axis of the way that records fall
 
-    /// Bilinear weights, which sum to about one_weight.
+    bool operator==(const CellCorners& other) const = default;
+
+    glm::ivec3 index(std::size_t k, const Way& way) const {
+        glm::ivec3 index;
+        index[way.u()] = u + static_cast<std::int32_t>(k & 1);
+        index[way.v()] = v + static_cast<std::int32_t>(k >> 1);
+        index[way.axis] = along[k];
+        return index;
+    }
+};
+
+/// The cell of a point, each corner the first at least a quarter of a step before the point's tangent plane.
+struct CellPlace {
+    CellCorners corners;
+    std::array<std::int32_t, 2> at;  ///< the point's place in the cell, 0 to one_weight
+
+    /// Bilinear weights, which sum to one_weight.
     std::array<std::int32_t, 4> weights() const {
-        const auto u = static_cast<double>(at[0]);
-        const auto v = static_cast<double>(at[1]);
-        const auto other_u = static_cast<double>(1.0f - at[0]);
-        const auto other_v = static_cast<double>(1.0f - at[1]);
-        return {weight_of(other_u * other_v), weight_of(u * other_v), weight_of(other_u * v),
-                weight_of(u * v)};
+        const std::int32_t both = static_cast<std::int32_t>(static_cast<std::uint32_t>(at[0]) *
+                                                            static_cast<std::uint32_t>(at[1]) / one_weight);
+        return {one_weight - at[0] - at[1] + both, at[0] - both, at[1] - both, both};
     }
 };
 
@@ -92,32 +105,35 @@ struct TangentPlane {
 inline CellPlace place_in_cell(const Lattice& lattice, const glm::vec3& point, const TangentPlane& tangent,
                                int level) {
     const glm::dvec3 located = lattice.locate(point, level);
-    const std::array<double, 3> x{located.x, located.y, located.z};
-    const auto axis = static_cast<std::size_t>(tangent.way.axis);
-    const auto u = static_cast<std::size_t>(tangent.way.u());
-    const auto v = static_cast<std::size_t>(tangent.way.v());
-    const int iu = floor_to_int(x[u]);
-    const int iv = floor_to_int(x[v]);
-    // Rounded to float, so that products below are exact.
-    const auto fu = static_cast<float>(x[u] - iu);
-    const auto fv = static_cast<float>(x[v] - iv);
+    const double u = located[tangent.way.u()];
+    const double v = located[tangent.way.v()];
     // Upwards, or downwards where the way's sign is negative.
-    const double sign = static_cast<double>(tangent.way.sign);
-    const std::array<double, 2> rise_u{static_cast<double>(fu) * tangent.slope_u,
-                                       static_cast<double>(fu - 1.0f) * tangent.slope_u};
-    const std::array<double, 2> rise_v{static_cast<double>(fv) * tangent.slope_v,
-                                       static_cast<double>(fv - 1.0f) * tangent.slope_v};
+    const bool is_up = tangent.way.sign > 0.0f;
+    const double height = is_up ? -located[tangent.way.axis] : located[tangent.way.axis];
     CellPlace place;
-    place.at = {fu, fv};
-    for (std::size_t k = 0; k < 4; ++k) {
-        const double plane = x[axis] + (rounded(rise_u[k & 1]) + rounded(rise_v[k >> 1]));
-        std::array<int, 3> index;
-        index[u] = iu + static_cast<int>(k & 1);
-        index[v] = iv + static_cast<int>(k >> 1);
-        const int below = floor_to_int(-sign * plane - 0.25);
-        index[axis] = tangent.way.sign > 0.0f ? -below : below;
-        place.index[k] = {index[0], index[1], index[2]};
+    CellCorners& corners = place.corners;
+    corners.u = floor_to_int(u);
+    corners.v = floor_to_int(v);
+    // Rounded to float, so that products below are exact.
+    const auto fu = static_cast<float>(u - corners.u);
+    const auto fv = static_cast<float>(v - corners.v);
+    place.at = {static_cast<std::int32_t>(fu * static_cast<float>(one_weight)),
+                static_cast<std::int32_t>(fv * static_cast<float>(one_weight))};
+    const auto first_before = [is_up](double plane) {
+        const int below = floor_to_int(plane - 0.25);
+        return is_up ? -below : below;
+    };
+    if (tangent.slope_u == 0.0 && tangent.slope_v == 0.0) {
+        corners.along.fill(first_before(height));
+        return place;
     }
+    const double sign = is_up ? 1.0 : -1.0;
+    const std::array<double, 2> rise_u{sign * static_cast<double>(fu) * tangent.slope_u,
+                                       sign * static_cast<double>(fu - 1.0f) * tangent.slope_u};
+    const std::array<double, 2> rise_v{sign * static_cast<double>(fv) * tangent.slope_v,
+                                       sign * static_cast<double>(fv - 1.0f) * tangent.slope_v};
+    for (std::size_t k = 0; k < 4; ++k)
+        corners.along[k] = first_before(height - (rounded(rise_u[k & 1]) + rounded(rise_v[k >> 1])));
     return place;
 }
 

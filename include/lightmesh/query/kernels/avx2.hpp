@@ -3,17 +3,15 @@
 
 #include <lightmesh/query/kernels/kernel_types.hpp>
 #include <lightmesh/query/kernels/shared.hpp>
+#include <lightmesh/support/processor.hpp>
 
-#if defined(__GNUC__) && defined(__x86_64__)
+#if defined(LIGHTMESH_HAS_AVX2_KERNEL)
 
 #include <immintrin.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-
-#define LIGHTMESH_HAS_AVX2_KERNEL 1
-#define LIGHTMESH_AVX2 __attribute__((target("avx2,bmi,bmi2,lzcnt,popcnt")))
 
 /// 8 light points, or 32 lights, at a time.
 

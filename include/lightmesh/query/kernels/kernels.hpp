@@ -22,12 +22,6 @@ inline constexpr Kernels avx2_kernels{.name = "AVX2",
                                       .add_rows = avx2::add_rows,
                                       .add_words = avx2::add_words,
                                       .divide = avx2::divide};
-
-/// Whether the processor that the program runs on has what the kernel needs.
-inline bool can_run_avx2() {
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
-}
 #endif
 
 #if defined(LIGHTMESH_HAS_AVX512_KERNEL)
