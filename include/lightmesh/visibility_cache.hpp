@@ -117,19 +117,17 @@ public:
     /// Throws std::invalid_argument unless there are as many rows, and normals, as points.
     void visibility(std::span<const SurfacePoint> points, std::span<float> all) const {
         detail::require_size("visibilities", all.size(), points.size() * light_count());
-        Query query(*store_);
-        for (std::size_t i = 0; i < points.size(); ++i)
-            query.all(points[i], all.subspan(i * light_count(), light_count()));
+        Query(*store_).all(
+            points.size(), [&](std::size_t i) { return points[i]; }, all);
     }
     /// The same for points of which no more is known.
     void visibility(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
                     std::span<float> all) const {
         detail::require_size("normals", normals.size(), points.size());
         detail::require_size("visibilities", all.size(), points.size() * light_count());
-        Query query(*store_);
-        for (std::size_t i = 0; i < points.size(); ++i)
-            query.all(SurfacePoint{.position = points[i], .normal = normals[i]},
-                      all.subspan(i * light_count(), light_count()));
+        Query(*store_).all(
+            points.size(),
+            [&](std::size_t i) { return SurfacePoint{.position = points[i], .normal = normals[i]}; }, all);
     }
 
     /// Finds and keeps ahead of queries what they will need at these points: then they are as fast as on a

@@ -33,15 +33,25 @@ class CacheQuery {
 public:
     explicit CacheQuery(const Store& store) : store_(store), kernels_(cache_kernels()) {}
 
-    /// S of all lights.
-    void all(const SurfacePoint& point, std::span<float> lit) {
+    /// S of all lights, a row for each of `count` points: of one tile of lights after the other, so that what
+    /// neighbouring points share is read once a tile.
+    template <class PointAt>
+    void all(std::size_t count, const PointAt& point_at, std::span<float> rows) {
         const LampTable& lamps = store_.lamps();
-        if (!begin(point)) {
-            std::fill(lit.begin(), lit.end(), std::numeric_limits<float>::quiet_NaN());
-            return;
-        }
         for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile)
-            find(tile, ~std::uint64_t{0}, lit.subspan(tile * lamps_per_tile, lamps.tile_size(tile)));
+            for (std::size_t i = 0; i < count; ++i) {
+                const std::span<float> lit =
+                    rows.subspan(i * lamps.size() + tile * lamps_per_tile, lamps.tile_size(tile));
+                if (begin(point_at(i)))
+                    find(tile, ~std::uint64_t{0}, lit);
+                else
+                    std::fill(lit.begin(), lit.end(), std::numeric_limits<float>::quiet_NaN());
+            }
+    }
+    /// The same for one point.
+    void all(const SurfacePoint& point, std::span<float> lit) {
+        all(
+            1, [&](std::size_t) { return point; }, lit);
     }
 
     /// S of one light.
