@@ -62,6 +62,8 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
         if (level.is_probed &&
             ((centre == 0 && least > open_from) || (centre == 255 && greatest < closed_to)))
             beta = (std::max)(beta, level.window);
+        if (greatest > 0)
+            beta = (std::max)(beta, level.missing);
         beta = (std::max)(beta, level.force) * (level.fade >> 1) >> 14;
     }
     std::uint32_t rest = left * beta >> 15;
@@ -104,6 +106,8 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
             level.is_last = random.below(4) == 0;
             level.is_probed = random.below(2) == 0;
             level.window = static_cast<std::uint32_t>(random.below(one_weight + 1));
+            level.missing =
+                random.below(2) == 0 ? 0 : static_cast<std::uint32_t>(random.below(one_weight + 1));
             level.force = random.below(4) == 0 ? one_weight : 0;
             level.fade =
                 static_cast<std::uint32_t>(random.below(2) == 0 ? one_weight : random.below(one_weight + 1));

@@ -17,7 +17,7 @@ inline constexpr std::uint32_t one_value = 255u * 256u;
 
 /// The greatest weighted difference between one record and their blend, of one_value, up to which a level
 /// does without the next one, and how much farther it lasts to give way wholly.
-inline constexpr std::uint32_t spread_low = 6528;     // .1
+inline constexpr std::uint32_t spread_low = 3264;     // .05
 inline constexpr std::uint32_t spread_range = 16384;  // .25
 
 /// Bytes beyond which all records of a cell are open, or up to which they are closed, where its centre says
@@ -45,6 +45,8 @@ struct BlendLevel {
     bool is_last = false;
     bool is_probed = false;
     std::uint32_t window = 0;  ///< weight of the centre
+    /// Least share of the next level for lights that any of the records sees: for want of records that fit.
+    std::uint32_t missing = 0;
 
     void set(std::size_t tap, std::size_t record, std::uint32_t weight) {
         records[tap] = static_cast<std::uint8_t>(record);

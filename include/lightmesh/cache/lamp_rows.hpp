@@ -37,10 +37,11 @@ public:
     LampRays(const Tracer& tracer, const LampTable& lamps, std::size_t tile, const RowOrigin& origin)
         : tracer_(tracer), lamps_(lamps), tile_(tile), origin_(origin) {}
 
-    /// The lights in `wanted`; up to `most_rays` rays each, 16 at first.
-    void find(std::uint64_t wanted, std::size_t most_rays, TileValues& values) {
+    /// The lights in `wanted`, by `first_rays` each, and twice as many as long as those disagree, up to
+    /// `most_rays`.
+    void find(std::uint64_t wanted, std::size_t first_rays, std::size_t most_rays, TileValues& values) {
         for (std::size_t first = 0; first < most_rays && wanted != 0;) {
-            const std::size_t until = (std::min)(first == 0 ? std::size_t{16} : 2 * first, most_rays);
+            const std::size_t until = (std::min)(first == 0 ? first_rays : 2 * first, most_rays);
             for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1)
                 add_rays(static_cast<std::size_t>(std::countr_zero(rest)), first, until);
             flush();

@@ -333,6 +333,7 @@ private:
         visit.has_taps = true;
         if (visit.is_flat) {
             taps.taps = 4;
+            taps.missing = 0;
             for (std::size_t k = 0; k < 4; ++k)
                 taps.set(k, k, static_cast<std::uint32_t>(place_weights[k]));
             return;
@@ -355,9 +356,11 @@ private:
         std::array<bool, 4> seen{true, true, true, true};
         if (!fits_all || !cell.all_linked || std::ranges::find(suspect, true) != suspect.end())
             find_seen(seen, suspect, cell, place_weights, level);
+        std::int32_t served = 0;
         for (std::size_t k = 0; k < 4; ++k) {
             if (!seen[k])
                 continue;
+            served += place_weights[k] * fits[k] >> 8;
             const std::int64_t weight = place_weights[k] + 1;
             if (fits[k] == 256) {
                 add_tap(taps, raw, k, 2560 * weight);
@@ -372,6 +375,11 @@ private:
             add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
+        // Objects about as large as the cell lie near: what records say that are left, or in the air, need
+        // not hold for the point. On the finer levels less weight hangs on that.
+        const bool is_coarse = level < Lattice::base_level + 2;
+        taps.missing =
+            is_coarse ? static_cast<std::uint32_t>((std::min)(5 * (one_weight - served), one_weight)) : 0;
     }
 
     static void add_tap(BlendLevel& taps, std::array<std::int64_t, 8>& raw, std::size_t record,

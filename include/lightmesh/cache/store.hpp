@@ -262,9 +262,11 @@ private:
         if (key.is_probe()) {
             rays.probe(wanted, values);
         } else {
-            const int most = settings_.lamp_rays >> std::clamp(level - Lattice::base_level - 1, 0, 2);
-            rays.find(wanted, static_cast<std::size_t>((std::max)(most, (std::min)(settings_.lamp_rays, 16))),
-                      values);
+            const int finer = level - Lattice::base_level;
+            const int first = finer >= 2 ? 8 : 16;
+            const int most = (std::max)(settings_.lamp_rays >> std::clamp(finer - 1, 0, 2),
+                                        (std::min)(settings_.lamp_rays, 16));
+            rays.find(wanted, static_cast<std::size_t>(first), static_cast<std::size_t>(most), values);
         }
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
     }

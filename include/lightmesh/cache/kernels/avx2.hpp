@@ -131,7 +131,7 @@ LIGHTMESH_AVX2 inline void write_first(const CellValues& values, std::uint64_t l
     }
 }
 
-/// beta = smoothstep(.1, .35) of a spread, in parts of one_weight.
+/// beta = smoothstep(.05, .3) of a spread, in parts of one_weight.
 LIGHTMESH_AVX2 inline __m256i share_of_next(__m256i spread) {
     __m256i t = _mm256_sub_epi32(spread, _mm256_set1_epi32(spread_low));
     t = _mm256_max_epi32(t, _mm256_setzero_si256());
@@ -163,7 +163,8 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t ligh
         const __m256i found = load(blend.found[i]);
         const __m256i left = load(blend.left[i]);
         const std::uint64_t probed = level.is_probed ? words[CellValues::centre] : first;
-        if (differences == 0 && (level.is_last || (level.force == 0 && probed == first))) {
+        const bool is_served = level.missing == 0 || first == 0;
+        if (differences == 0 && (level.is_last || (level.force == 0 && is_served && probed == first))) {
             const __m256i value = _mm256_slli_epi32(spread(first), 8);
             store(blend.found[i], _mm256_add_epi32(found, _mm256_mullo_epi32(left, value)));
             store(blend.left[i], _mm256_setzero_si256());
@@ -199,6 +200,9 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t ligh
             const __m256i window = _mm256_set1_epi32(static_cast<int>(level.window));
             beta = _mm256_max_epi32(beta, _mm256_and_si256(missed, window));
         }
+        const __m256i is_dark = _mm256_cmpeq_epi32(greatest, _mm256_setzero_si256());
+        const __m256i missing = _mm256_set1_epi32(static_cast<int>(level.missing));
+        beta = _mm256_max_epi32(beta, _mm256_andnot_si256(is_dark, missing));
         beta = _mm256_max_epi32(beta, _mm256_set1_epi32(static_cast<int>(level.force)));
         const __m256i fade = _mm256_set1_epi32(static_cast<int>(level.fade >> 1));
         beta = _mm256_srli_epi32(_mm256_mullo_epi32(beta, fade), 14);

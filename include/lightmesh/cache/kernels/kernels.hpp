@@ -24,9 +24,9 @@ struct CacheKernels {
     void (*start)(Blend& blend, std::uint64_t lights);
     /// Gives what is left of some lights' weights to the values of a cell's first record.
     void (*give_to_first)(Blend& blend, const CellValues& values, std::uint64_t lights);
-    /// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.1, .35) of the
-    /// greatest weighted difference between one record and their blend. Returns the lights that the next
-    /// level has to say something about.
+    /// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.05, .3) of the
+    /// greatest weighted difference between one record and their blend, or more: see `BlendLevel`. Returns
+    /// the lights that the next level has to say something about.
     std::uint64_t (*blend_level)(Blend& blend, std::uint64_t lights, const BlendLevel& level);
     /// What is found, from 0 to 1.
     void (*write_blend)(const Blend& blend, std::span<float> lit);

@@ -139,7 +139,7 @@ inline void write_first(const CellValues& cell, std::uint64_t lights, std::span<
     }
 }
 
-/// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.1, .35) of the
+/// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.05, .3) of the
 /// greatest weighted difference between one row and their blend. Returns the lights that the next level has
 /// to say something about.
 inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const BlendLevel& level) {
@@ -154,7 +154,8 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         for (std::size_t k = 1; k < level.taps; ++k)
             differences |= words[level.records[k]] ^ first;
         const std::uint64_t probed = level.is_probed ? words[CellValues::centre] : first;
-        if (differences == 0 && (level.is_last || (level.force == 0 && probed == first))) {
+        const bool is_served = level.missing == 0 || first == 0;
+        if (differences == 0 && (level.is_last || (level.force == 0 && is_served && probed == first))) {
             Lanes bytes;
             spread_bytes(first, bytes);
             found += left * (bytes << 8);
@@ -195,6 +196,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
             mark_missed(missed, probe, least, greatest);
             keep_greater(beta, missed * level.window);
         }
+        keep_greater(beta, greatest > 0u ? Lanes{} + level.missing : Lanes{});
         keep_greater(beta, Lanes{} + level.force);
         beta = beta * (level.fade >> 1) >> 14;
         Lanes rest = left * beta >> 15;
