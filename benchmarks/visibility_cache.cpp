@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 
 // The visibility cache against lamps of 1,024 rays, against hard shadows and against lamps of 16 rays in
-// packets: errors, times and bytes of a frame of 1920x1440 points, on one thread.
+// packets: errors, times and bytes of a frame of 1920x1440 points, on one thread. Then contact shadows of
+// thin things, walks over surfaces, and a film.
 
+#include "cache_walks.hpp"
 #include "embree_rays.hpp"
+#include "lamp_share.hpp"
 #include "mesh_frame.hpp"
 #include "render/embree_scene.hpp"
 #include "render/text_table.hpp"
@@ -28,6 +31,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -44,35 +48,6 @@ struct Case {
     double mean_error, misses, warm_ns, warm_over_hard, warm_over_lamps, cold_over_hard, cold_over_lamps,
         megabytes;  ///< to reach; 0: nothing is said
 };
-
-/// The share of a sphere lamp that is open from a point, by `count` rays to its disc, without any pattern.
-float open_share(Occlusion& tracer, const glm::vec3& from, const glm::vec3& lamp, float radius, int count,
-                 demo::Random& random) {
-    const glm::vec3 way = lamp - from;
-    const float distance = glm::length(way);
-    const glm::vec3 axis = way / distance;
-    const glm::vec3 other = std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
-    const glm::vec3 right = glm::normalize(glm::cross(axis, other));
-    const glm::vec3 up = glm::cross(right, axis);
-    const float share = (std::max)(0.3f, 1.0f - 1.15f * radius / distance);
-    int open = 0;
-    for (int first = 0; first < count; first += 16) {
-        alignas(64) RTCRay16 rays;
-        alignas(64) std::array<int, 16> valid;
-        valid.fill(-1);
-        for (std::size_t i = 0; i < 16; ++i) {
-            // Jittered over equal areas: 4 x 4 strata in each packet.
-            const float ring = (static_cast<float>(i / 4) + random.uniform()) / 4.0f;
-            const float turn = (static_cast<float>(i % 4) + random.uniform()) / 4.0f;
-            const glm::vec2 around = demo::circle_point(turn) * (radius * std::sqrt(ring));
-            set_ray(rays, i, from, from + share * (way + around.x * right + around.y * up));
-        }
-        tracer.trace(valid.data(), rays);
-        for (const float end : rays.tfar)
-            open += end < 0.0f ? 0 : 1;
-    }
-    return static_cast<float>(open) / static_cast<float>(count);
-}
 
 /// All that is compared, for one scene.
 class Contest {
@@ -289,7 +264,7 @@ int run(std::span<char*> arguments) {
     for (std::size_t i = 0; i < cases.size(); ++i) {
         // Named by their numbers, or all.
         const auto is_named = [&](const char* argument) {
-            return std::strtoul(argument, nullptr, 10) == i;
+            return argument == std::to_string(i);
         };
         if (!arguments.empty() && std::ranges::none_of(arguments, is_named))
             continue;
@@ -299,6 +274,10 @@ int run(std::span<char*> arguments) {
         Contest(cases[i], lightmesh::CacheSettings{.spacing = 0.0f}).run(table);
         std::cout << table.text() << std::flush;
     }
+    if (arguments.empty() || std::ranges::any_of(arguments, [](const char* argument) {
+            return std::string_view(argument) == "walks";
+        }))
+        std::cout << cache_walks() << std::flush;
     return 0;
 }
 

@@ -59,8 +59,10 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
             2 * std::clamp<std::uint32_t>((std::max)(spread, spread_low) - spread_low, 0, spread_range);
         beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
         const std::uint32_t centre = byte_of(CellValues::centre);
-        if (level.is_probed &&
-            ((centre == 0 && least > open_from) || (centre == 255 && greatest < closed_to)))
+        const bool is_missed = (centre == 0 && least > open_from) ||
+                               (centre == 255 && greatest < closed_to) ||
+                               (centre == probe_sees_both && (least == 255 || greatest == 0));
+        if (level.is_probed && is_missed)
             beta = (std::max)(beta, level.window);
         if (greatest > 0)
             beta = (std::max)(beta, level.missing);
@@ -92,6 +94,9 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 for (std::uint64_t& word : octet)
                     word = random.below(3) > 0 ? common : any();
             }
+            for (auto& octet : values.octets)
+                if (random.below(2) == 0)
+                    octet[CellValues::centre] = 0x7f'00'ff'7f'80'7f'00'ffu;
             BlendLevel level;
             level.values = &values;
             level.taps = 1 + random.below(8);

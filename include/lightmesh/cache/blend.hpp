@@ -20,7 +20,12 @@ inline constexpr std::uint32_t one_value = 255u * 256u;
 inline constexpr std::uint32_t spread_low = 3264;     // .05
 inline constexpr std::uint32_t spread_range = 16384;  // .25
 
-/// Bytes beyond which all records of a cell are open, or up to which they are closed, where its centre says
+/// What probes say beside 0 and 255, closed and open: some rays of a cell are open and some closed, or there
+/// is none.
+inline constexpr std::uint8_t probe_sees_both = 127;
+inline constexpr std::uint8_t probe_knows_nothing = 128;
+
+/// Bytes beyond which all records of a cell are open, or up to which they are closed, where its probe says
 /// the contrary.
 inline constexpr std::uint32_t open_from = 153;
 inline constexpr std::uint32_t closed_to = 102;
@@ -55,9 +60,11 @@ struct BlendLevel {
     }
 };
 
-/// Marks the lights of which the centre of a cell says the contrary of what its four records say.
-inline void mark_missed(Lanes& marks, const Lanes& centre, const Lanes& least, const Lanes& greatest) {
-    marks |= ((centre == 0) & (least > open_from)) | ((centre == 255u) & (greatest < closed_to))
+/// Marks the lights of which the probe of a cell says the contrary of what its records say: something else,
+/// or, where they all say that a lamp is wholly open or wholly closed, not quite that.
+inline void mark_missed(Lanes& marks, const Lanes& probe, const Lanes& least, const Lanes& greatest) {
+    marks |= ((probe == 0) & (least > open_from)) | ((probe == 255u) & (greatest < closed_to)) |
+                     ((probe == probe_sees_both) & ((least == 255u) | (greatest == 0u)))
                  ? Lanes{} + 1u
                  : Lanes{};
 }

@@ -125,6 +125,12 @@ public:
                                                 : disc_point(i, turn_);
             return to(middle_ + at.x * u_ + at.y * v_);
         }
+        /// The i-th of eight rays to the lamp's rim: where some of it is hidden by something large, they
+        /// disagree.
+        Segment rim_ray(std::size_t i) const {
+            const glm::dvec2 at = is_rectangle_ ? square_rim(i) : disc_rim(i, turn_);
+            return to(middle_ + at.x * u_ + at.y * v_);
+        }
         Segment middle_ray() const { return to(middle_); }
 
     private:

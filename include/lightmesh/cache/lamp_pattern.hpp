@@ -72,4 +72,28 @@ inline glm::dvec2 square_point(std::uint32_t i, std::uint32_t bits) {
     return {(x + 0.5) / 32768.0 - 1.0, (y + 0.5) / 32768.0 - 1.0};
 }
 
+/// The i-th of eight points near the rim of the unit disc, turned.
+inline glm::dvec2 disc_rim(std::size_t i, const glm::dvec2& turn) {
+    constexpr double radius = 0.97;
+    constexpr double half = 0.70710678118654752440 * radius;
+    constexpr std::array<glm::dvec2, 8> points{{{radius, 0},
+                                                {half, half},
+                                                {0, radius},
+                                                {-half, half},
+                                                {-radius, 0},
+                                                {-half, -half},
+                                                {0, -radius},
+                                                {half, -half}}};
+    const glm::dvec2& p = points[i];
+    return {p.x * turn.x - p.y * turn.y, p.x * turn.y + p.y * turn.x};
+}
+
+/// The i-th of eight points near the rim of the square [-1, 1]^2.
+inline glm::dvec2 square_rim(std::size_t i) {
+    constexpr double end = 0.97;
+    constexpr std::array<glm::dvec2, 8> points{
+        {{end, 0}, {end, end}, {0, end}, {-end, end}, {-end, 0}, {-end, -end}, {0, -end}, {end, -end}}};
+    return points[i];
+}
+
 }  // namespace lightmesh::detail

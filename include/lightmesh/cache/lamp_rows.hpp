@@ -29,6 +29,8 @@ struct RowOrigin {
 
 /// Values of a tile's lights, a byte each.
 using TileValues = std::array<std::uint8_t, lamps_per_tile>;
+/// For each light of a tile, from how many places it is seen, or not.
+using SightCounts = std::array<std::uint8_t, lamps_per_tile>;
 
 /// Finds which shares of lamps are open: bytes of a row, 0 to 255.
 template <Intersector Tracer>
@@ -37,58 +39,78 @@ public:
     LampRays(const Tracer& tracer, const LampTable& lamps, std::size_t tile, const RowOrigin& origin)
         : tracer_(tracer), lamps_(lamps), tile_(tile), origin_(origin) {}
 
-    /// The lights in `wanted`, by `first_rays` each, and twice as many as long as those disagree, up to
-    /// `most_rays`.
-    void find(std::uint64_t wanted, std::size_t first_rays, std::size_t most_rays, TileValues& values) {
+    /// The lights in `wanted`, by two rays each and eight to the rim, and where any of those disagree by 16
+    /// and twice as many as long as they disagree, up to `most_rays`. Rays to the rim only tell whether there
+    /// is a penumbra: of the values of its ends, where few rays are hidden or few are open, they miss little.
+    void find(std::uint64_t wanted, std::size_t most_rays, TileValues& values) {
+        has_rim_ = most_rays >= 16;
         for (std::size_t first = 0; first < most_rays && wanted != 0;) {
-            const std::size_t until = (std::min)(first == 0 ? first_rays : 2 * first, most_rays);
+            const std::size_t until =
+                first == 0 && has_rim_ ? 2 : (std::min)((std::max)(2 * first, std::size_t{16}), most_rays);
             for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1)
                 add_rays(static_cast<std::size_t>(std::countr_zero(rest)), first, until);
             flush();
             std::uint64_t mixed = 0;
             for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
                 const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+                const std::uint64_t bit = rest & (~rest + 1u);
                 const std::uint32_t sum = sums_[l];
                 values[l] = static_cast<std::uint8_t>((510u * open_[l] + sum) / (2u * (std::max)(sum, 1u)));
-                if (open_[l] != 0 && open_[l] != sum)
-                    mixed |= rest & (~rest + 1u);
+                const bool sees_open = open_[l] != 0 || (rim_open_ & bit) != 0;
+                const bool sees_closed = open_[l] != sum || (rim_closed_ & bit) != 0;
+                if (sees_open && sees_closed)
+                    mixed |= bit;
             }
             wanted = mixed;
             first = until;
         }
     }
 
-    /// One ray to the middle of each light in `wanted` that does not lie below: 0, 255; 128 if it does.
-    void probe(std::uint64_t wanted, TileValues& values) {
+    /// One ray to the i-th part of each light in `wanted` that does not lie below, counted with the open or
+    /// the closed ones.
+    void probe(std::uint64_t wanted, std::size_t i, SightCounts& open, SightCounts& closed) {
         for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
             const Lamp& lamp = lamp_of(l);
-            if (!lamp.is_below(origin_.place, origin_.unit_normal))
-                add(l, Lamp::View(lamp, origin_.place, 0, origin_.step, origin_.reach).middle_ray());
+            if (lamp.is_below(origin_.place, origin_.unit_normal))
+                continue;
+            const Lamp::View view = view_of(lamp);
+            add(l, lamp.is_point() ? view.middle_ray() : view.ray(i));
         }
         flush();
         for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            values[l] = sums_[l] == 0 ? 128 : open_[l] != 0 ? 255 : 0;
+            open[l] = static_cast<std::uint8_t>(open[l] + open_[l]);
+            closed[l] = static_cast<std::uint8_t>(closed[l] + sums_[l] - open_[l]);
         }
     }
 
     std::uint64_t rays() const { return rays_; }
 
 private:
+    /// Of a ray in a batch, beside its light's number.
+    static constexpr std::size_t rim_flag = 128;
+
     const Lamp& lamp_of(std::size_t l) const { return lamps_.lamp(tile_ * lamps_per_tile + l); }
+
+    Lamp::View view_of(const Lamp& lamp) const {
+        const auto turn = static_cast<std::uint32_t>(mix_bits(origin_.seed ^ lamp.salt()) >> 32);
+        return Lamp::View(lamp, origin_.place, turn, origin_.step, origin_.reach);
+    }
 
     void add_rays(std::size_t l, std::size_t first, std::size_t until) {
         const Lamp& lamp = lamp_of(l);
         if (lamp.is_below(origin_.place, origin_.unit_normal))
             return;
-        const auto turn = static_cast<std::uint32_t>(mix_bits(origin_.seed ^ lamp.salt()) >> 32);
-        const Lamp::View view(lamp, origin_.place, turn, origin_.step, origin_.reach);
+        const Lamp::View view = view_of(lamp);
         if (lamp.is_point()) {
             if (first == 0)
                 add(l, view.middle_ray());
             return;
         }
+        if (first == 0 && has_rim_)
+            for (std::size_t i = 0; i < 8; ++i)
+                add(l | rim_flag, view.rim_ray(i));
         for (std::size_t i = first; i < until; ++i)
             add(l, view.ray(i));
     }
@@ -104,6 +126,10 @@ private:
         trace(tracer_, std::span<const Segment>(segments_).first(count_),
               std::span<std::uint8_t>(hit_).first(count_));
         for (std::size_t i = 0; i < count_; ++i) {
+            if ((light_[i] & rim_flag) != 0) {
+                (hit_[i] == 0 ? rim_open_ : rim_closed_) |= std::uint64_t{1} << (light_[i] - rim_flag);
+                continue;
+            }
             ++sums_[light_[i]];
             open_[light_[i]] += hit_[i] == 0 ? 1u : 0u;
         }
@@ -120,6 +146,9 @@ private:
     std::array<std::uint8_t, most_segments> hit_;
     std::array<std::uint32_t, lamps_per_tile> sums_{};
     std::array<std::uint32_t, lamps_per_tile> open_{};
+    bool has_rim_ = false;
+    std::uint64_t rim_open_ = 0;    ///< lights of which some part of the rim is seen
+    std::uint64_t rim_closed_ = 0;  ///< lights of which some part of the rim is hidden
     std::size_t count_ = 0;
     std::uint64_t rays_ = 0;
 };

@@ -190,7 +190,9 @@ private:
                              : stored.fall >= 0.0f ? stored.fall
                                                    : (key.is_probe() ? 4.0f : 2.5f) *
                                                          static_cast<float>(lattice.step(key.level()));
-        return around(start, start - length * way.up(), slack(key));
+        // A probe's rays start a quarter of a step to its sides.
+        const float aside = key.is_probe() ? 0.3f * static_cast<float>(lattice.step(key.level())) : 0.0f;
+        return around(start, start - length * way.up(), aside + slack(key));
     }
 
     Bounds reach_of_links(const StoredRecord& stored) const {
@@ -219,7 +221,8 @@ private:
         const float margin = row_source_.is_mesh != 0
                                  ? row_source_.radius * (1.0f + 3.0f / row_source_.quality)
                                  : slack(stored.key);
-        const Bounds from = around(place, place, margin);
+        const bool is_spread = stored.key.is_probe() && row_source_.is_mesh == 0;
+        const Bounds from = is_spread ? fall_of(stored) : around(place, place, margin);
         if (row_source_.is_mesh != 0 && is_near_change(from))
             return 0;
         for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
@@ -228,9 +231,12 @@ private:
             for (const Bounds& changed : changed_) {
                 // Rays to all of a lamp pass within its size of those to its centre.
                 double size = lamp.extent();
-                if (lamp.shape().is_directional)
-                    size *= static_cast<double>(glm::length(
-                        (glm::max)(glm::abs(changed.low - place), glm::abs(changed.high - place))));
+                if (lamp.shape().is_directional) {
+                    const glm::vec3 farthest = (glm::max)(
+                        (glm::max)(glm::abs(changed.low - from.low), glm::abs(changed.high - from.low)),
+                        (glm::max)(glm::abs(changed.low - from.high), glm::abs(changed.high - from.high)));
+                    size *= static_cast<double>(glm::length(farthest));
+                }
                 const auto wide = static_cast<float>(1.001 * size);
                 if (crosses(from, lamp.shape(), {changed.low - wide, changed.high + wide})) {
                     lights &= ~(rest & (~rest + 1u));

@@ -69,7 +69,7 @@ private:
         };
         const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
         LampRays<Tracer> rays(tracer_, lamps_, tile, {start, unit_normal, seed, step_, reach_});
-        rays.find(wanted, 16, most_rays_, values);
+        rays.find(wanted, most_rays_, values);
         lamp_rays_ += rays.rays();
     }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/cache/blend.hpp>
 #include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/fall.hpp>
 #include <lightmesh/cache/lamp_rows.hpp>
@@ -26,6 +27,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -111,20 +113,18 @@ public:
     }
 
     /// The probe of the cell of four columns whose least indices along u and v are those of `index`, and
-    /// whose highest lattice point has that of `index` along the axis.
+    /// whose highest lattice point has that of `index` along the axis. Of blur rows it lies on the surface
+    /// below the cell's middle; of lamp rows it stands for places all over the cell.
     Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         const RecordKey key(index, RecordKind::probe, way, level);
         if (const Record* known = table_.find(key))
             return stand(*known, way, true);
         reset(spare, key);
-        std::uint64_t rays = 0;
-        const auto step = static_cast<float>(lattice_.step(level));
-        const auto landing = fall_onto_surface(tracer_, probe_start(lattice_, index, way, level), way,
-                                               4.0f * step, step, rays);
-        place_rays_.fetch_add(rays, std::memory_order_relaxed);
-        if (landing) {
-            spare.fall = landing->fall;
-            spare.set_normal(landing->normal);
+        if constexpr (!std::is_same_v<Rows, LampRows>) {
+            if (const auto landing = land(probe_start(lattice_, index, way, level), way, level, 4.0f)) {
+                spare.fall = landing->fall;
+                spare.set_normal(landing->normal);
+            }
         }
         return keep(spare, way);
     }
@@ -212,14 +212,20 @@ private:
         record.set_normal(glm::vec3(0.0f));
     }
 
+    /// Where it is down from a place onto a surface, within some steps.
+    std::optional<Landing> land(const glm::vec3& start, const Way& way, int level, float steps) const {
+        const auto step = static_cast<float>(lattice_.step(level));
+        std::uint64_t rays = 0;
+        const auto landing = fall_onto_surface(tracer_, start, way, steps * step, step, rays);
+        place_rays_.fetch_add(rays, std::memory_order_relaxed);
+        return landing;
+    }
+
     /// Lets a record fall. Returns how many steps farther down its lattice point should be; then it is not
     /// made.
     int make(Record& record, const glm::ivec3& index, const Way& way, int level) const {
         const auto step = static_cast<float>(lattice_.step(level));
-        std::uint64_t rays = 0;
-        const auto landing =
-            fall_onto_surface(tracer_, lattice_.position(index, level), way, 2.5f * step, step, rays);
-        place_rays_.fetch_add(rays, std::memory_order_relaxed);
+        const auto landing = land(lattice_.position(index, level), way, level, 2.5f);
         reset(record, record.key);
         if (!landing)
             return 0;
@@ -256,19 +262,50 @@ private:
                     floor_to_int(static_cast<double>(255.0f * all[tile * lamps_per_tile + l]) + 0.5));
             return;
         }
+        if (key.is_probe()) {
+            find_probe_row(key, hash_of(seed), tile, wanted, values);
+            return;
+        }
         LampRays<Tracer> rays(tracer_, lamps_, tile,
                               {off_surface(column.place, column.normal, step), column.normal, hash_of(seed),
                                step, greatest_reach(lattice_)});
-        if (key.is_probe()) {
-            rays.probe(wanted, values);
-        } else {
-            const int finer = level - Lattice::base_level;
-            const int first = finer >= 2 ? 8 : 16;
-            const int most = (std::max)(settings_.lamp_rays >> std::clamp(finer - 1, 0, 2),
-                                        (std::min)(settings_.lamp_rays, 16));
-            rays.find(wanted, static_cast<std::size_t>(first), static_cast<std::size_t>(most), values);
-        }
+        const int most = (std::max)(settings_.lamp_rays >> std::clamp(level - Lattice::base_level - 1, 0, 2),
+                                    (std::min)(settings_.lamp_rays, 16));
+        rays.find(wanted, static_cast<std::size_t>(most), values);
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
+    }
+
+    /// Of a probe: whether the lamps are seen from the middles of the quarters of its cell, by one ray each
+    /// to different parts.
+    void find_probe_row(const RecordKey& key, std::uint64_t seed, std::size_t tile, std::uint64_t wanted,
+                        TileValues& values) const {
+        const Way way = key.way();
+        const int level = key.level();
+        const double step = lattice_.step(level);
+        const auto quarter = static_cast<float>(0.25 * step);
+        const glm::vec3 middle = probe_start(lattice_, key.index(), way, level);
+        SightCounts open{};
+        SightCounts closed{};
+        for (std::size_t i = 0; i < 4; ++i) {
+            glm::vec3 start = middle;
+            start[way.u()] += (i & 1) != 0 ? quarter : -quarter;
+            start[way.v()] += (i & 2) != 0 ? quarter : -quarter;
+            const auto landing = land(start, way, level, 4.0f);
+            if (!landing)
+                continue;
+            const glm::vec3 place = start - landing->fall * way.up();
+            LampRays<Tracer> rays(tracer_, lamps_, tile,
+                                  {off_surface(place, landing->normal, step), landing->normal, seed, step,
+                                   greatest_reach(lattice_)});
+            rays.probe(wanted, i, open, closed);
+            lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
+        }
+        for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            values[l] = open[l] == 0     ? (closed[l] == 0 ? probe_knows_nothing : std::uint8_t{0})
+                        : closed[l] == 0 ? std::uint8_t{255}
+                                         : probe_sees_both;
+        }
     }
 
     Tracer tracer_;

@@ -141,13 +141,18 @@ LIGHTMESH_AVX2 inline __m256i share_of_next(__m256i spread) {
     return _mm256_srli_epi32(_mm256_mullo_epi32(square, rest), 15);
 }
 
-/// All ones where the centre of a cell says the contrary of what its records say.
-LIGHTMESH_AVX2 inline __m256i is_missed(__m256i centre, __m256i least, __m256i greatest) {
-    const __m256i dark = _mm256_and_si256(_mm256_cmpeq_epi32(centre, _mm256_setzero_si256()),
+/// All ones in the lanes that `mark_missed` marks.
+LIGHTMESH_AVX2 inline __m256i is_missed(__m256i probe, __m256i least, __m256i greatest) {
+    const __m256i zero = _mm256_setzero_si256();
+    const __m256i whole = _mm256_set1_epi32(255);
+    const __m256i dark = _mm256_and_si256(_mm256_cmpeq_epi32(probe, zero),
                                           _mm256_cmpgt_epi32(least, _mm256_set1_epi32(open_from)));
-    const __m256i bright = _mm256_and_si256(_mm256_cmpeq_epi32(centre, _mm256_set1_epi32(255)),
+    const __m256i bright = _mm256_and_si256(_mm256_cmpeq_epi32(probe, whole),
                                             _mm256_cmpgt_epi32(_mm256_set1_epi32(closed_to), greatest));
-    return _mm256_or_si256(dark, bright);
+    const __m256i both = _mm256_and_si256(
+        _mm256_cmpeq_epi32(probe, _mm256_set1_epi32(probe_sees_both)),
+        _mm256_or_si256(_mm256_cmpeq_epi32(least, whole), _mm256_cmpeq_epi32(greatest, zero)));
+    return _mm256_or_si256(_mm256_or_si256(dark, bright), both);
 }
 
 LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const BlendLevel& level) {

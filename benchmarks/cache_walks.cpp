@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "cache_walks.hpp"
+
+#include "embree_rays.hpp"
+#include "lamp_share.hpp"
+#include "render/embree_scene.hpp"
+#include "render/text_table.hpp"
+#include "scene/mesh_builder.hpp"
+#include "scene/random.hpp"
+#include "scene/scene.hpp"
+#include "shading_points.hpp"
+#include "surface_end.hpp"
+
+#include <lightmesh/visibility_cache.hpp>
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace bench {
+
+namespace {
+
+using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
+using Build = std::function<void(demo::MeshBuilder&)>;
+
+constexpr float spacing = 0.25f;
+
+/// A small scene, one sphere lamp over it, and a cache with default settings but the spacing.
+class Stage {
+public:
+    Stage(const lightmesh::PointLight& lamp, const Build& build) : lamp_(lamp) {
+        model_.materials.emplace_back();
+        demo::MeshBuilder builder(model_);
+        build(builder);
+        scene_ = std::make_unique<demo::EmbreeScene>(model_);
+        cache_ = std::make_unique<Cache>(scene_->intersector(), std::vector<lightmesh::Light>{lamp},
+                                         lightmesh::CacheSettings{.spacing = spacing});
+    }
+
+    bool is_faced(const glm::vec3& point, const glm::vec3& normal) const {
+        return glm::dot(normal, lamp_.position - point) >= 0.0f;
+    }
+    float cached(const glm::vec3& point, const glm::vec3& normal) const {
+        return cache_->visibility(point, normal, 0);
+    }
+    /// By rays, the same pattern from everywhere.
+    float reference(const glm::vec3& point, const glm::vec3& normal, int rays) const {
+        Occlusion tracer(scene_->handle(), true);
+        demo::Random random(5);
+        return open_share(tracer, surface_end(point, normal), lamp_.position, lamp_.radius, rays, random);
+    }
+
+private:
+    lightmesh::PointLight lamp_;
+    demo::Scene model_;
+    std::unique_ptr<demo::EmbreeScene> scene_;
+    std::unique_ptr<Cache> cache_;
+};
+
+void add_floor(demo::MeshBuilder& builder) {
+    builder.quad({-20, -20, 0}, {20, -20, 0}, {20, 20, 0}, {-20, 20, 0});
+}
+
+/// Of points of the floor around the origin whose reference is below .2, the share that the cache has below
+/// .4.
+double kept_contacts(const Build& build) {
+    const Stage stage({.position = {1.6f, -2.4f, 2.5f}, .radius = 0.15f}, [&](demo::MeshBuilder& builder) {
+        add_floor(builder);
+        build(builder);
+    });
+    constexpr int side = 240;
+    int dark = 0;
+    int kept = 0;
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            const glm::vec3 point(2.0f * (static_cast<float>(x) + 0.37f) / side - 1.0f,
+                                  2.0f * (static_cast<float>(y) + 0.37f) / side - 1.0f, 0.0f);
+            const glm::vec3 up(0, 0, 1);
+            if (stage.reference(point, up, 64) > 0.25f || stage.reference(point, up, 1024) > 0.2f)
+                continue;
+            ++dark;
+            kept += stage.cached(point, up) < 0.4f ? 1 : 0;
+        }
+    return static_cast<double>(kept) / dark;
+}
+
+void add_fence(demo::MeshBuilder& builder) {
+    for (int post = -8; post <= 8; ++post) {
+        const float x = 0.12f * static_cast<float>(post);
+        builder.box({x - 0.02f, -0.02f, 0.0f}, {x + 0.02f, 0.02f, 0.7f});
+    }
+}
+
+void add_legs(demo::MeshBuilder& builder) {
+    for (const float x : {-0.6f, 0.6f})
+        for (const float y : {-0.4f, 0.4f})
+            builder.box({x - 0.03f, y - 0.03f, 0.0f}, {x + 0.03f, y + 0.03f, 0.7f});
+}
+
+void add_grass(demo::MeshBuilder& builder) {
+    demo::Random random(3);
+    for (int blade = 0; blade < 400; ++blade) {
+        const glm::vec3 foot(2.0f * random.uniform() - 1.0f, 2.0f * random.uniform() - 1.0f, 0.0f);
+        const glm::vec2 turn = demo::circle_point(random.uniform());
+        const glm::vec3 half(0.012f * turn, 0.0f);
+        builder.triangle(foot - half, foot + half, foot + glm::vec3(0.05f * turn, 0.2f));
+    }
+}
+
+/// Points and normals along a way of 1e5 steps of g / 1000.
+using Way = std::function<std::pair<glm::vec3, glm::vec3>(float)>;
+
+double largest_step(const Stage& stage, const Way& way) {
+    constexpr int steps = 100'000;
+    double largest = 0.0;
+    float before = -1.0f;
+    for (int i = 0; i <= steps; ++i) {
+        const auto [point, normal] = way(spacing / 1000.0f * static_cast<float>(i));
+        // Where the lamp's middle sets, S ends by definition.
+        const float now = stage.is_faced(point, normal) ? stage.cached(point, normal) : -1.0f;
+        if (now >= 0.0f && before >= 0.0f)
+            largest = (std::max)(largest, static_cast<double>(std::abs(now - before)));
+        before = now;
+    }
+    return largest;
+}
+
+/// Blocks over a floor, or over what stands for one.
+void add_blocks(demo::MeshBuilder& builder) {
+    demo::Random random(4);
+    for (int i = 0; i < 24; ++i) {
+        const glm::vec3 low(24.0f * random.uniform() - 12.0f, 4.0f * random.uniform() - 2.0f,
+                            0.8f + 0.4f * random.uniform());
+        builder.box(low, low + glm::vec3(0.6f, 0.6f, 0.3f));
+    }
+}
+
+double walk_on_floor() {
+    const Stage stage({.position = {0, 0, 5}, .radius = 0.6f}, [](demo::MeshBuilder& builder) {
+        add_floor(builder);
+        add_blocks(builder);
+    });
+    return largest_step(stage, [](float s) {
+        return std::pair(glm::vec3(s - 12.5f, 0.04f * s - 0.5f, 0.0f), glm::vec3(0, 0, 1));
+    });
+}
+
+/// On a plane that rises by one in `run`, so that the axes of records are blended where it is one.
+double walk_on_slope(float run) {
+    const glm::vec3 along = glm::normalize(glm::vec3(0.0f, run, 1.0f));
+    const glm::vec3 normal = glm::normalize(glm::vec3(0.0f, -1.0f, run));
+    const Stage stage({.position = {0, -2, 6}, .radius = 0.6f}, [&](demo::MeshBuilder& builder) {
+        const glm::vec3 x(20, 0, 0);
+        builder.quad(-x - 8.0f * along, x - 8.0f * along, x + 8.0f * along, -x + 8.0f * along);
+        demo::Random random(6);
+        for (int i = 0; i < 24; ++i) {
+            const glm::vec3 at = glm::vec3(24.0f * random.uniform() - 12.0f, 0, 0) +
+                                 (3.0f * random.uniform() - 1.5f) * along +
+                                 (0.8f + 0.4f * random.uniform()) * normal;
+            builder.box(at - 0.3f, at + 0.3f);
+        }
+    });
+    return largest_step(stage, [&](float s) {
+        return std::pair(glm::vec3(s - 12.5f, 0.0f, 0.0f) + (0.06f * s - 0.75f) * along, normal);
+    });
+}
+
+/// Around a ball of radius 2, through all axes, past a bar that shades it.
+double walk_on_ball() {
+    const Stage stage({.position = {6, 2, 5}, .radius = 0.8f}, [](demo::MeshBuilder& builder) {
+        builder.ball({0, 0, 0}, 2.0f, 160);
+        builder.box({2.6f, -4.0f, 0.9f}, {2.9f, 4.0f, 1.2f});
+        builder.box({-4.0f, 2.6f, 0.9f}, {4.0f, 2.9f, 1.2f});
+    });
+    return largest_step(stage, [](float s) {
+        const float turn = 0.5f * s;
+        const float height = 0.9f * std::sin(0.31f * turn);
+        const float flat = std::sqrt(1.0f - height * height);
+        const glm::vec3 normal(flat * std::cos(turn), flat * std::sin(turn), height);
+        return std::pair(2.0f * normal, normal);
+    });
+}
+
+struct Edge {
+    double variation, reference_variation;  ///< total
+    double step, reference_step;            ///< 99th percentile, of steps of g / 500
+};
+
+/// Across the soft edge of a wide block's shadow.
+Edge soft_edge() {
+    const Stage stage({.position = {0.3f, 0.2f, 5}, .radius = 0.5f}, [](demo::MeshBuilder& builder) {
+        add_floor(builder);
+        builder.box({0, -8, 1.5f}, {8, 8, 1.7f});
+    });
+    std::vector<double> steps, reference_steps;
+    float before = -1.0f;
+    float reference_before = -1.0f;
+    Edge edge{};
+    for (int i = 0; i <= 3000; ++i) {
+        const float s = spacing / 500.0f * static_cast<float>(i) - 0.75f;
+        const glm::vec3 point(0.9f * s, 0.44f * s, 0.0f);
+        const float now = stage.cached(point, {0, 0, 1});
+        const float reference = stage.reference(point, {0, 0, 1}, 4096);
+        if (i > 0) {
+            steps.push_back(static_cast<double>(std::abs(now - before)));
+            reference_steps.push_back(static_cast<double>(std::abs(reference - reference_before)));
+            edge.variation += steps.back();
+            edge.reference_variation += reference_steps.back();
+        }
+        before = now;
+        reference_before = reference;
+    }
+    const auto percentile = [](std::vector<double>& values) {
+        std::ranges::sort(values);
+        return values[values.size() * 99 / 100];
+    };
+    edge.step = percentile(steps);
+    edge.reference_step = percentile(reference_steps);
+    return edge;
+}
+
+/// The mean change of S from frame to frame at places that stay, over 48 frames of a camera that comes nearer
+/// by a hundredth a frame, with the footprints of 960 pixels; rays would change nothing.
+double change_in_film(const std::string& name, float radius) {
+    const demo::Scene model = demo::load_scene(name);
+    const demo::EmbreeScene scene(model);
+    const ShadingPoints points(scene, 320, 240);
+    std::vector<lightmesh::Light> lights;
+    for (const demo::SceneLight& light : model.lights) {
+        auto lamp = std::get<lightmesh::PointLight>(light.shape);
+        lamp.radius = radius;
+        lights.push_back(lamp);
+    }
+    const Cache cache(scene.intersector(), lights, {.spacing = model.radius / 4.0f});
+    const float pixel = 2.0f * std::tan(0.5f * model.camera.vertical_field_of_view) / 720.0f;
+    double change = 0.0;
+    std::size_t pairs = 0;
+    std::vector<float> now(lights.size());
+    std::vector<float> before(lights.size());
+    std::size_t next = 0;
+    for (std::size_t t = 0; t < points.tile_count(); ++t) {
+        const Points tile = points.tile(t);
+        for (std::size_t i = next++ % 7; i < tile.size(); i += 61) {
+            for (int frame = 0; frame < 48; ++frame) {
+                const float distance = glm::distance(tile.positions[i], model.camera.eye) *
+                                       std::pow(0.99f, static_cast<float>(frame));
+                cache.visibility(
+                    {.position = tile.positions[i], .normal = tile.normals[i], .footprint = pixel * distance},
+                    now);
+                for (std::size_t l = 0; l < lights.size() && frame > 0; ++l) {
+                    const auto& lamp = std::get<lightmesh::PointLight>(lights[l]);
+                    if (glm::dot(tile.normals[i], lamp.position - tile.positions[i]) < 0.0f)
+                        continue;
+                    change += static_cast<double>(std::abs(now[l] - before[l]));
+                    ++pairs;
+                }
+                std::swap(now, before);
+            }
+        }
+    }
+    return change / static_cast<double>(pairs);
+}
+
+}  // namespace
+
+std::string cache_walks() {
+    demo::TextTable table;
+    table.add_row({"scene", "what", "to reach", "measured"});
+    table.add_rule();
+    const std::pair<const char*, Build> things[] = {
+        {"fence", add_fence}, {"table legs", add_legs}, {"grass", add_grass}};
+    for (const auto& [name, build] : things)
+        table.add_row({name, "of points whose reference is below .2, below .4, %", "95",
+                       demo::fixed(100.0 * kept_contacts(build), 1)});
+    const std::string walked = "largest step of S, of 1e5 steps of g / 1000";
+    table.add_row({"floor", walked, "0.01", demo::fixed(walk_on_floor(), 4)});
+    table.add_row({"slope of 1 in 2.3", walked, "0.01", demo::fixed(walk_on_slope(2.3f), 4)});
+    table.add_row({"slope of 1 in 1.03", walked, "0.01", demo::fixed(walk_on_slope(1.03f), 4)});
+    table.add_row({"ball", walked, "0.01", demo::fixed(walk_on_ball(), 4)});
+    const Edge edge = soft_edge();
+    table.add_row({"soft edge", "total variation over the reference's", "1.01",
+                   demo::fixed(edge.variation / edge.reference_variation, 3)});
+    table.add_row({"soft edge", "99th percentile of steps of g / 500", "0.0015", demo::fixed(edge.step, 4)});
+    table.add_row({"soft edge", "the same of the reference", "-", demo::fixed(edge.reference_step, 4)});
+    table.add_row({"rooms R 0.30", "mean change of S from frame to frame, 48 frames", "0.0010",
+                   demo::fixed(change_in_film("rooms", 0.3f), 6)});
+    table.add_row({"spheres R 6.00", "mean change of S from frame to frame, 48 frames", "0.0010",
+                   demo::fixed(change_in_film("spheres", 6.0f), 6)});
+    return table.text();
+}
+
+}  // namespace bench

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "embree_rays.hpp"
+#include "scene/random.hpp"
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace bench {
+
+/// The share of a sphere lamp that is open from a point, by `count` rays to its disc, without any pattern.
+inline float open_share(Occlusion& tracer, const glm::vec3& from, const glm::vec3& lamp, float radius,
+                        int count, demo::Random& random) {
+    const glm::vec3 way = lamp - from;
+    const float distance = glm::length(way);
+    const glm::vec3 axis = way / distance;
+    const glm::vec3 other = std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
+    const glm::vec3 right = glm::normalize(glm::cross(axis, other));
+    const glm::vec3 up = glm::cross(right, axis);
+    const float share = (std::max)(0.3f, 1.0f - 1.15f * radius / distance);
+    int open = 0;
+    for (int first = 0; first < count; first += 16) {
+        alignas(64) RTCRay16 rays;
+        alignas(64) std::array<int, 16> valid;
+        valid.fill(-1);
+        for (std::size_t i = 0; i < 16; ++i) {
+            // Jittered over equal areas: 4 x 4 strata in each packet.
+            const float ring = (static_cast<float>(i / 4) + random.uniform()) / 4.0f;
+            const float turn = (static_cast<float>(i % 4) + random.uniform()) / 4.0f;
+            const glm::vec2 around = demo::circle_point(turn) * (radius * std::sqrt(ring));
+            set_ray(rays, i, from, from + share * (way + around.x * right + around.y * up));
+        }
+        tracer.trace(valid.data(), rays);
+        for (const float end : rays.tfar)
+            open += end < 0.0f ? 0 : 1;
+    }
+    return static_cast<float>(open) / static_cast<float>(count);
+}
+
+}  // namespace bench
