@@ -426,7 +426,9 @@ TEST_CASE("field: boxes that shine light outwards, large panes are quarters, oth
     }
     const auto triangle = lights_of("v 0 3 0\nv .1 3 0\nv 0 3 .1\nf 5 6 7\n");
     REQUIRE(triangle.size() == 1);
-    CHECK(std::holds_alternative<lightmesh::PointLight>(triangle[0].shape));
+    // As large as a disc of the same area.
+    CHECK(std::get<lightmesh::PointLight>(triangle[0].shape).radius ==
+          doctest::Approx(std::sqrt(0.005f / pi)));
     CHECK(sum_of(triangle) == doctest::Approx(0.005f / pi));
 }
 
