@@ -173,6 +173,18 @@ TEST_CASE("field: the radius suits what the camera looks at, whatever lies behin
     }
 }
 
+TEST_CASE("field: a closer view of a built-in scene has a smaller radius") {
+    demo::SceneOptions options;
+    options.scene = "rooms";
+    CHECK(demo::open_scene(options).radius == 1.0f);
+    options.eye = glm::vec3(-4, -21, 17.5f);
+    options.target = glm::vec3(-3.4f, -8.6f, 0.3f);
+    options.field_of_view = 5.0f;
+    const float close = demo::open_scene(options).radius;
+    CHECK(close > 0.05f);
+    CHECK(close < 0.15f);
+}
+
 TEST_CASE("field: vertex colours multiply, mesh by mesh") {
     const demo::Scene tiles = as_is("vertex-colours/vertex-colours.gltf");
     const demo::Image image = picture(tiles, "whitted");

@@ -111,6 +111,18 @@ TEST_CASE("lightmesh-tune: predicts, measures, recommends, and says so as text a
     CHECK_FALSE(folder.has_part_files());
 }
 
+TEST_CASE("lightmesh-tune: warns where a view shows no shadow, from which a radius could come") {
+    const test::TemporaryFolder folder;
+    const auto floor = folder.write("floor.obj", "v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4\nf 4 3 2 1\n");
+    const Finished ran = run(folder, LIGHTMESH_TUNE " " + floor.string() +
+                                         " --points 64 --reference-points 4 --quality 2 --short-test none "
+                                         "--long-test rays --caches off --width 64 --height 48 "
+                                         "--picture-width 0 --threads 2 -o " +
+                                         (folder / "out").string());
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.output.find("warning: nothing that this view shows was found in shadow") != std::string::npos);
+}
+
 TEST_CASE("lightmesh-tune: its report works in a browser, needs no network and fits a phone") {
     const test::TemporaryFolder folder;
     const Finished ran = run(folder, tune_command(folder / "out"));
