@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# Installs what is missing, builds the renderer, and renders the park with hard shadows (whitted) and with those of a
-# light mesh, the default (linked): pictures, their difference, and a table.
+# Installs what is missing, builds the renderer, and renders a house of 36 rooms with a visibility cache, with hard shadows,
+# with rays to the lamps and with a light mesh: pictures, their differences to the rays, and a table.
 #
 #   examples/run.sh [OPTIONS]    options for lightmesh-render compare, such as --width 1920 --height 1440
 #
@@ -17,10 +17,9 @@ pictures=$build/pictures
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF \
     -DLIGHTMESH_BUILD_BENCHMARKS=OFF
 cmake --build "$build" --parallel "$(nproc)" --target lightmesh-render
-"$build/examples/lightmesh-render" compare park --algorithms whitted,linked --reference whitted \
-    --output "$pictures" "$@"
+"$build/examples/lightmesh-render" compare rooms --output "$pictures" "$@"
 
 echo
 echo "The pictures are in $pictures:"
-echo "    sheet.png          hard shadows beside those of a light mesh"
-echo "    differences.png    where the mesh softens them, amplified"
+echo "    sheet.png          the cache, hard shadows, rays to the lamps, and a light mesh"
+echo "    differences.png    what the first, second and last have else than the rays, amplified"

@@ -173,6 +173,18 @@ TEST_CASE("field: the radius suits what the camera looks at, whatever lies behin
     }
 }
 
+TEST_CASE("field: a closer view of a built-in scene has a smaller radius") {
+    demo::SceneOptions options;
+    options.scene = "rooms";
+    CHECK(demo::open_scene(options).radius == 1.0f);
+    options.eye = glm::vec3(-4, -21, 17.5f);
+    options.target = glm::vec3(-3.4f, -8.6f, 0.3f);
+    options.field_of_view = 5.0f;
+    const float close = demo::open_scene(options).radius;
+    CHECK(close > 0.05f);
+    CHECK(close < 0.15f);
+}
+
 TEST_CASE("field: vertex colours multiply, mesh by mesh") {
     const demo::Scene tiles = as_is("vertex-colours/vertex-colours.gltf");
     const demo::Image image = picture(tiles, "whitted");
@@ -426,7 +438,9 @@ TEST_CASE("field: boxes that shine light outwards, large panes are quarters, oth
     }
     const auto triangle = lights_of("v 0 3 0\nv .1 3 0\nv 0 3 .1\nf 5 6 7\n");
     REQUIRE(triangle.size() == 1);
-    CHECK(std::holds_alternative<lightmesh::PointLight>(triangle[0].shape));
+    // As large as a disc of the same area.
+    CHECK(std::get<lightmesh::PointLight>(triangle[0].shape).radius ==
+          doctest::Approx(std::sqrt(0.005f / pi)));
     CHECK(sum_of(triangle) == doctest::Approx(0.005f / pi));
 }
 

@@ -52,8 +52,9 @@ TEST_CASE("lightmesh-render picture: a picture, its linear values and a table") 
                                             " --exr " + (folder / "p.exr").string());
     REQUIRE_MESSAGE(ran.status == 0, ran.errors);
     CHECK(ran.errors.empty());
-    for (const char* row : {"triangles", "2,028", "surface points", "light points", "long rays", "link rays",
-                            "ns per point and light", "seconds: BVH"})
+    for (const char* row :
+         {"algorithm", "cache", "triangles", "2,028", "radius r", "quality q", "spacing g", "lamp radius",
+          "surface points", "rays to lamps", "records", "ns per point and light", "seconds: BVH"})
         CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
     const demo::Image png = demo::read_png(folder / "p.png");
     const demo::Image exr = demo::read_exr(folder / "p.exr");
@@ -71,8 +72,13 @@ TEST_CASE("lightmesh-render picture: each algorithm there is") {
         const Finished ran = render(folder, "picture spheres -a " + algorithm + tiny + "-o " +
                                                 (folder / (algorithm + ".png")).string());
         CHECK_MESSAGE(ran.status == 0, ran.errors);
+        for (const char* row : {"radius r", "quality q", "spacing g", "lamp radius"})
+            CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
         if (algorithm.ends_with("cache"))
-            for (const char* row : {"spacing g", "rays to lamps", "records", "memory of the cache"})
+            for (const char* row : {"rays to lamps", "records", "memory of the cache"})
+                CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
+        if (algorithm == "linked")
+            for (const char* row : {"light points", "long rays", "link rays", "memory of the mesh"})
                 CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
         const demo::Image picture = demo::read_png(folder / (algorithm + ".png"));
         CHECK(demo::mean_absolute_difference(picture, demo::read_png(folder / "whitted.png")) < 0.03);
@@ -104,12 +110,31 @@ TEST_CASE("lightmesh-render compare: pictures, differences, sheets and a table")
             CHECK(glm::all(glm::lessThan(glm::abs(lmm.pixels[i] - express.pixels[i]), glm::vec3(0.02f))));
 }
 
+TEST_CASE("lightmesh-render compare: by default the cache beside hard shadows, rays to lamps and a mesh") {
+    const TemporaryFolder folder;
+    const Finished ran = render(folder, "compare spheres --light-size 6 --area-samples 64 --width 160 "
+                                        "--height 120 --threads 2 -o " +
+                                            (folder / "out").string());
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    const auto made = [&](const std::string& algorithm) {
+        return demo::read_png(folder / ("out/" + algorithm + ".png"));
+    };
+    for (const char* part :
+         {"r 4.5, q 6, g 1.125, lamp radius 6,", "differences are to area", "\ncache ", "\nlinked "})
+        CHECK_MESSAGE(ran.output.find(part) != std::string::npos, part);
+    // The same lamps: what the cache finds is what rays find.
+    const double of_cache = demo::mean_absolute_difference(made("cache"), made("area"));
+    CHECK(of_cache < 0.002);
+    CHECK(of_cache < 0.3 * demo::mean_absolute_difference(made("whitted"), made("area")));
+    CHECK(of_cache < 0.3 * demo::mean_absolute_difference(made("linked"), made("area")));
+}
+
 TEST_CASE("lightmesh-render tables: a table of the paper") {
     const TemporaryFolder folder;
     const Finished ran = render(folder, "tables spheres --area-samples 2" + tiny_tables);
     REQUIRE_MESSAGE(ran.status == 0, ran.errors);
     for (const char* part : {"spheres, q=6", "r=5.5, map 512", "LMM+ATK", "Express LMM+ATK", "LMM+ATO",
-                             "Linked LMM", "Whitted (hard)", "area lights", "(42.6)"})
+                             "Linked LMM", "Whitted (hard)", "area lights", "visibility cache", "(42.6)"})
         CHECK_MESSAGE(ran.output.find(part) != std::string::npos, part);
 }
 
@@ -158,6 +183,10 @@ TEST_CASE("lightmesh-render: bad input gets one line, and leaves nothing behind"
     check_refused("picture spheres --width 0", "width");
     check_refused("picture spheres --samples 0", "samples");
     check_refused("picture spheres --short-test maybe", "short-test");
+    check_refused("picture spheres --light-size 0", "light-size");
+    check_refused("picture spheres --spacing nan", "spacing");
+    check_refused("picture spheres --detail 7", "detail");
+    check_refused("picture spheres --lamp-rays 0", "lamp-rays");
     check_refused("picture spheres --algorithm radiosity", "radiosity");
     check_refused("picture spheres --no-such-option", "no-such-option");
     check_refused("picture spheres --time nan", "nan");
@@ -171,7 +200,7 @@ TEST_CASE("lightmesh-render: bad input gets one line, and leaves nothing behind"
     check_refused("", "subcommand");
 }
 
-TEST_CASE("lightmesh-render picture: a second start with a saved mesh traces no long ray") {
+TEST_CASE("lightmesh-render picture: a second start with what was saved traces no ray for it") {
     const TemporaryFolder folder;
     const std::string mesh = (folder / "spheres.mesh").string();
     const std::string picture = "picture spheres" + tiny;
@@ -186,7 +215,7 @@ TEST_CASE("lightmesh-render picture: a second start with a saved mesh traces no 
         const Finished first = render(folder, picture + "-a " + algorithm + " --save-mesh " + mesh + " -o " +
                                                   (folder / "first.png").string());
         REQUIRE_MESSAGE(first.status == 0, first.errors);
-        CHECK(first.output.find("mesh: " + mesh) != std::string::npos);
+        CHECK(first.output.find("saved: " + mesh) != std::string::npos);
         CHECK(row(first.output, "long rays") != "0");
         const Finished second = render(folder, picture + "-a " + algorithm + " --mesh " + mesh + " -o " +
                                                    (folder / "second.png").string());
@@ -196,12 +225,28 @@ TEST_CASE("lightmesh-render picture: a second start with a saved mesh traces no 
         CHECK(row(second.output, "light points") == row(first.output, "light points"));
         CHECK(demo::read_file(folder / "first.png") == demo::read_file(folder / "second.png"));
     }
+    const Finished first =
+        render(folder, picture + "--save-mesh " + mesh + " -o " + (folder / "first.png").string());
+    REQUIRE_MESSAGE(first.status == 0, first.errors);
+    const Finished second =
+        render(folder, picture + "--mesh " + mesh + " -o " + (folder / "second.png").string());
+    REQUIRE_MESSAGE(second.status == 0, second.errors);
+    // What is left are rays of points on smooth surfaces of facets: they belong to no record.
+    const auto rays_of = [&](const Finished& ran) {
+        std::string digits = row(ran.output, "rays to lamps");
+        std::erase(digits, ',');
+        return std::stoul(digits);
+    };
+    CHECK(rays_of(second) < rays_of(first) / 10);
+    CHECK(row(second.output, "records") == row(first.output, "records"));
+    CHECK(demo::read_file(folder / "first.png") == demo::read_file(folder / "second.png"));
 }
 
 TEST_CASE("lightmesh-render picture: a mesh that does not fit gets one line and status 1") {
     const TemporaryFolder folder;
     const std::string mesh = (folder / "spheres.mesh").string();
-    const Finished saved = render(folder, "picture spheres" + tiny + "--save-mesh " + mesh + " -o " +
+    const std::string linked = " -a linked" + tiny;
+    const Finished saved = render(folder, "picture spheres" + linked + "--save-mesh " + mesh + " -o " +
                                               (folder / "p.png").string());
     REQUIRE_MESSAGE(saved.status == 0, saved.errors);
     CHECK_FALSE(folder.has_part_files());
@@ -210,13 +255,15 @@ TEST_CASE("lightmesh-render picture: a mesh that does not fit gets one line and 
     bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
     const std::string damaged = folder.write("damaged.mesh", bytes).string();
     const std::string empty = folder.write("empty.mesh", "").string();
-    check_refused("picture spheres" + tiny + "--mesh no_such.mesh", "no_such.mesh");
-    check_refused("picture spheres" + tiny + "--mesh " + empty, "empty.mesh");
-    check_refused("picture spheres" + tiny + "--mesh " + cut, "cut.mesh: --save-mesh has not written it");
-    check_refused("picture spheres" + tiny + "--mesh " + damaged, "damaged.mesh: lightmesh: not a snapshot");
-    check_refused("picture rooms" + tiny + "--mesh " + mesh, "spheres.mesh: it is of another scene");
-    check_refused("picture spheres --lights 9" + tiny + "--mesh " + mesh, "or of other lights");
-    check_refused("picture spheres --radius 3" + tiny + "--mesh " + mesh, "its radius is");
+    check_refused("picture spheres" + linked + "--mesh no_such.mesh", "no_such.mesh");
+    check_refused("picture spheres" + linked + "--mesh " + empty, "empty.mesh");
+    check_refused("picture spheres" + linked + "--mesh " + cut, "cut.mesh: --save-mesh has not written it");
+    check_refused("picture spheres" + linked + "--mesh " + damaged,
+                  "damaged.mesh: lightmesh: not a snapshot");
+    check_refused("picture rooms" + linked + "--mesh " + mesh, "spheres.mesh: it is of another scene");
+    check_refused("picture spheres --lights 9" + linked + "--mesh " + mesh, "or of other lights");
+    check_refused("picture spheres --radius 3" + linked + "--mesh " + mesh, "its radius is");
+    check_refused("picture spheres" + tiny + "--mesh " + mesh, "lightmesh: ");
     check_refused("picture spheres -a whitted" + tiny + "--save-mesh a.mesh", "not for whitted");
     check_refused("picture spheres -a linked+map" + tiny + "--mesh " + mesh, "not for linked+map");
 }

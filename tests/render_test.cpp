@@ -118,7 +118,8 @@ TEST_CASE("the stored pictures tell the algorithms apart") {
 
 TEST_CASE("a picture is the same to the last bit for any number of threads") {
     const Stage stage("spheres");
-    for (const std::string algorithm : {"whitted", "area", "lmm", "linked", "express+map", "shadow-volume"}) {
+    for (const std::string algorithm :
+         {"cache", "blur-cache", "whitted", "area", "lmm", "linked", "express+map", "shadow-volume"}) {
         CAPTURE(algorithm);
         demo::RenderOptions options = small_picture();
         options.samples = 2;

@@ -23,7 +23,8 @@ using test::run;
 /// Takes a second or so.
 std::string tune_command(const std::filesystem::path& output, const std::string& more = "--quality 2,3") {
     return LIGHTMESH_TUNE " spheres --points 256 --reference-points 16 --radius 5 --short-test none,linked "
-                          "--long-test rays --width 160 --height 120 --picture-width 48 --threads 2 -o " +
+                          "--long-test rays --spacing 1 --detail 2 --lamp-rays 16 --width 160 --height 120 "
+                          "--picture-width 48 --threads 2 -o " +
            output.string() + " " + more;
 }
 
@@ -88,21 +89,38 @@ TEST_CASE("lightmesh-tune: predicts, measures, recommends, and says so as text a
     const Finished ran = run(folder, tune_command(folder / "out"));
     REQUIRE_MESSAGE(ran.status == 0, ran.errors);
     CHECK(ran.errors.empty());
-    CHECK(ran.output.find("4 candidates to measure") < ran.output.find("predicted time: about "));
+    CHECK(ran.output.find("lamp radius: 1.5\n") != std::string::npos);
+    CHECK(ran.output.find("5 candidates to measure") < ran.output.find("predicted time: about "));
     const Json report = report_in(folder / "out");
     CHECK(report.at("finished") == true);
     CHECK(report.at("context").at("scene") == "spheres");
     CHECK(ran.output.find(report.at("recommended").at("settings")) != std::string::npos);
     CHECK(ran.output.find(report.at("recommended").at("reason")) != std::string::npos);
-    REQUIRE(report.at("measurements").size() == 4);
-    for (const Json& measurement : report.at("measurements")) {
-        CHECK(measurement.at("candidate").at("radius") == 5.0);
+    REQUIRE(report.at("measurements").size() == 5);
+    for (std::size_t i = 0; i < 5; ++i) {
+        const Json& measurement = report.at("measurements")[i];
+        CHECK(measurement.at("candidate").at("radius") == (i < 4 ? 5.0 : 0.0));
+        CHECK(measurement.at("candidate").at("spacing") == (i < 4 ? 0.0 : 1.0));
+        CHECK(measurement.at("lamp_error") > 0.0);
         CHECK(measurement.at("warm_ns_per_point") > 0.0);
         CHECK(measurement.at("mean_absolute_error") > 0.0);
         CHECK(measurement.at("frame").at("cold_seconds") >= measurement.at("frame").at("warm_seconds"));
     }
     CHECK(std::filesystem::exists(folder / "out/pictures/reference.png"));
+    CHECK(std::filesystem::exists(folder / "out/pictures/cache-g1-detail2-16lamprays.png"));
     CHECK_FALSE(folder.has_part_files());
+}
+
+TEST_CASE("lightmesh-tune: warns where a view shows no shadow, from which a radius could come") {
+    const test::TemporaryFolder folder;
+    const auto floor = folder.write("floor.obj", "v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4\nf 4 3 2 1\n");
+    const Finished ran = run(folder, LIGHTMESH_TUNE " " + floor.string() +
+                                         " --points 64 --reference-points 4 --quality 2 --short-test none "
+                                         "--long-test rays --caches off --width 64 --height 48 "
+                                         "--picture-width 0 --threads 2 -o " +
+                                         (folder / "out").string());
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.output.find("warning: nothing that this view shows was found in shadow") != std::string::npos);
 }
 
 TEST_CASE("lightmesh-tune: its report works in a browser, needs no network and fits a phone") {
@@ -121,7 +139,7 @@ TEST_CASE("lightmesh-tune: its report works in a browser, needs no network and f
         CAPTURE(width);
         const Finished shown = browse(folder, folder.write("frame.html", frame_around("probed.html", width)));
         CHECK_MESSAGE(shown.errors.find("CONSOLE") == std::string::npos, shown.errors);
-        CHECK(attribute(shown.output, "data-up=\"") == "ascending true 4");
+        CHECK(attribute(shown.output, "data-up=\"") == "ascending true 5");
         CHECK(attribute(shown.output, "data-down=\"") == "descending true");
         CHECK(attribute(shown.output, "data-overflow=\"") == "0");
         CHECK(attribute(shown.output, "data-images=\"") == "true");
@@ -131,7 +149,7 @@ TEST_CASE("lightmesh-tune: its report works in a browser, needs no network and f
     CHECK(html.find("url(") == std::string::npos);
     CHECK(count(html, " src=\"") == count(html, " src=\"data:image/png;base64,"));
     CHECK(count(html, " href=\"") == count(html, " href=\"data:"));
-    CHECK(count(html, "class=\"frontier\"") == 2);  // of the plot and of its legend
+    CHECK(count(html, "class=\"frontier\"") == 3);  // of two plots and of their legend
     CHECK(html.find("mean absolute error</text>") != std::string::npos);
     CHECK(html.find("time per point, one thread, first frame</text>") != std::string::npos);
 }
@@ -147,14 +165,14 @@ TEST_CASE("lightmesh-tune: the test of the report would see an error of its scri
 
 TEST_CASE("lightmesh-tune: resumes what was measured, and measures the rest") {
     const test::TemporaryFolder folder;
-    REQUIRE(run(folder, tune_command(folder / "out", "--quality 2")).status == 0);
+    REQUIRE(run(folder, tune_command(folder / "out", "--quality 2 --caches off")).status == 0);
     const Json before = report_in(folder / "out");
     const Finished ran = run(folder, tune_command(folder / "out", "--quality 2,3 --resume"));
     REQUIRE_MESSAGE(ran.status == 0, ran.errors);
-    CHECK(ran.output.find("2 candidates measured before\n2 candidates to measure") != std::string::npos);
+    CHECK(ran.output.find("2 candidates measured before\n3 candidates to measure") != std::string::npos);
     const Json after = report_in(folder / "out");
     REQUIRE(before.at("measurements").size() == 2);
-    REQUIRE(after.at("measurements").size() == 4);
+    REQUIRE(after.at("measurements").size() == 5);
     for (std::size_t i = 0; i < 2; ++i)
         CHECK(after.at("measurements")[i].at("warm_ns_per_point") ==
               before.at("measurements")[i].at("warm_ns_per_point"));
@@ -163,7 +181,7 @@ TEST_CASE("lightmesh-tune: resumes what was measured, and measures the rest") {
 TEST_CASE("lightmesh-tune: after Ctrl-C the report has what was measured") {
     const test::TemporaryFolder folder;
     const std::string out = (folder / "out").string();
-    const std::string all = "--quality 2,3,4,5,6,7,8 --short-test none,linked,exact";
+    const std::string all = "--quality 2,3,4,5,6,7,8 --short-test none,linked,exact --caches off";
     const Finished ran = run(folder, tune_command(out, all) + " & p=$!; while kill -0 $p && [ ! -s " + out +
                                          "/report.json ]; do sleep 0.01; done; kill -INT $p; wait $p");
     CHECK(ran.status == 130);
@@ -206,6 +224,9 @@ TEST_CASE("lightmesh-tune: what is wrong with the command line is told in one li
         {"spheres --points 0", "--points: Value 0 not in range", 2},
         {"spheres --lamp-angle 1e9", "--lamp-angle: Value 1e9 not in range", 2},
         {"spheres --long-test magic", "--long-test: magic not in", 2},
+        {"spheres --spacing 0", "--spacing: 0 is not a finite number above 0", 2},
+        {"spheres --detail 7", "--detail: Value 7 not in range", 2},
+        {"spheres --caches maybe", "--caches: maybe not in", 2},
         {"spheres --resume", "there is nothing to resume: no file ", 1},
     };
     for (const Wrong& wrong : all) {
@@ -242,7 +263,7 @@ TEST_CASE("lightmesh-tune: it does not resume from damaged reports, or from othe
         {good.substr(0, good.size() / 2), "parse error"},
         {"null", "cannot resume"},
         {"{}", "key 'format' not found"},
-        {with("/format", 99), "it has format 99, not 1"},
+        {with("/format", 99), "it has format 99, not 2"},
         {with("/context/scene", "park"), "its scene was \"park\" and is \"spheres\" now"},
         {with("/context/points measured", "17"), "its points measured was \"17\" and is \"256\" now"},
         {with("/measurements/0/warm_ns_per_point", "fast"), "must be number, but is string"},

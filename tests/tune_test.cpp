@@ -121,6 +121,32 @@ TEST_CASE("tune: a grid of candidates has every combination, and maps only their
     }
 }
 
+TEST_CASE("tune: caches follow the meshes, every combination of their own settings") {
+    tune::Choices choices{.radii = {1.0f}, .qualities = {2.0f}};
+    choices.short_tests = {ShortTest::linked};
+    choices.spacings = {0.5f, 0.25f};
+    choices.details = {0, 3};
+    choices.lamp_rays = {16, 64};
+    const auto candidates = tune::make_candidates(choices);
+    REQUIRE(candidates.size() == 1 + 2 * 2 * 2);
+    CHECK_FALSE(tune::is_cache(candidates.front()));
+    CHECK(tune::radius_of(candidates.front()) == 1.0f);
+    for (std::size_t i = 1; i < candidates.size(); ++i) {
+        CHECK(tune::is_cache(candidates[i]));
+        CHECK(tune::radius_of(candidates[i]) == 0.0f);
+        CHECK(std::count(candidates.begin(), candidates.end(), candidates[i]) == 1);
+    }
+    const tune::Candidate& last = candidates.back();
+    CHECK(tune::describe(last) == "cache, g 0.25, detail 3, 64 lamp rays");
+    CHECK(tune::to_source(last) ==
+          "lightmesh::CacheSettings{.spacing = 0.25f, .detail = 3, .lamp_rays = 64}");
+    const lightmesh::CacheSettings settings = tune::cache_settings_of(last);
+    CHECK(settings.spacing == 0.25f);
+    CHECK(settings.detail == 3);
+    CHECK(settings.lamp_rays == 64);
+    CHECK(tune::make_candidates({}).empty());
+}
+
 TEST_CASE("tune: candidates as text") {
     tune::Candidate c{3.0f, 4.0f, ShortTest::linked, tune::LongTest::rays, 0};
     CHECK(tune::describe(c) == "r 3, q 4, linked, rays");
@@ -272,6 +298,113 @@ TEST_CASE("tune: everything but times is the same in every run, on any number of
     }
 }
 
+TEST_CASE("tune: the reference of caches is the open share of a lamp") {
+    // A half plane above the floor: its edge passes below the lamp's middle, so half of the lamp is open. A
+    // point to one side sees all of it, one to the other none.
+    std::vector<test::Triangle> triangles;
+    test::add_quad(triangles, {0, -20, 2}, {20, 0, 0}, {0, 40, 0});
+    const test::PlainTracer tracer{&triangles};
+    const std::vector<glm::vec3> points{{0, 0, 0}, {-2, 0, 0}, {2, 0, 0}};
+    const std::vector<glm::vec3> normals(points.size(), glm::vec3(0, 0, 1));
+    const std::vector<lightmesh::Light> lamps{
+        lightmesh::PointLight{.position = {0, 0, 4}, .radius = 0.5f},
+        lightmesh::DirectionalLight{.direction = {0, 0, -1}, .angular_radius = 0.1f},
+        lightmesh::RectLight{.position = {0, 0, 4}, .half_u = {0.5f, 0, 0}, .half_v = {0, -0.5f, 0}},
+        lightmesh::PointLight{.position = {0.5f, 0, 4}}};
+    const tune::Subject subject{tracer, lamps, tune::Samples{points, normals}};
+    tune::detail::Reporter reporter({});
+    const tune::detail::ErrorPoints at(subject, points.size());
+    const tune::detail::LampReference reference(at, subject, tune::Options{}, reporter);
+    const std::span<const float> open = reference.values();
+    REQUIRE(open.size() == points.size() * lamps.size());
+    for (std::size_t light = 0; light < 3; ++light) {
+        CAPTURE(light);
+        CHECK(open[light] == doctest::Approx(0.5).epsilon(0.04));
+        CHECK(open[4 + light] == 1.0f);
+        CHECK(open[8 + light] == 0.0f);
+    }
+    CHECK(open[3] == 0.0f);
+    CHECK(open[7] == 1.0f);
+    CHECK(open[11] == 0.0f);
+    CHECK(reference.convergence().change < 0.02);
+}
+
+TEST_CASE("tune: caches are measured beside meshes, and are nearer to lamps") {
+    World world;
+    for (lightmesh::Light& light : world.lights)
+        if (auto* lamp = std::get_if<lightmesh::PointLight>(&light))
+            lamp->radius = 0.3f;
+        else
+            std::get<lightmesh::DirectionalLight>(light).angular_radius = 0.05f;
+    const auto subject = world.subject();
+    tune::Choices choices{.radii = {1.0f}, .qualities = {4.0f}};
+    choices.short_tests = {ShortTest::linked};
+    choices.spacings = {1.0f};
+    choices.details = {0, 2};
+    choices.lamp_rays = {64};
+    tune::Options options = quick_options();
+    options.reference_points = 100;
+    const auto candidates = tune::make_candidates(choices);
+    const tune::Forecast forecast = tune::predict(subject, candidates, options);
+    const auto results = tune::run(subject, candidates, options).measurements;
+    REQUIRE(results.size() == 3);
+    REQUIRE(forecast.candidates.size() == 3);
+    const tune::Measurement& mesh = results[0];
+    for (const std::size_t i : {1u, 2u}) {
+        const tune::Measurement& cache = results[i];
+        CAPTURE(tune::describe(cache.candidate));
+        CHECK(cache.candidate == candidates[i]);
+        CHECK(cache.warm_ns_per_point > 0.0);
+        CHECK(cache.light_points > 0);
+        CHECK(cache.bytes > 0);
+        CHECK(cache.long_rays > 0);
+        CHECK(cache.link_rays > 0);
+        CHECK(cache.mean_absolute_error == cache.lamp_error);
+        CHECK(cache.rms_error >= cache.mean_absolute_error);
+        CHECK(cache.reference.quality == 0.0f);
+        CHECK(cache.reference.change < 0.02);
+        CHECK(cache.lamp_error < mesh.lamp_error);
+        CHECK(cache.frame.light_points >= static_cast<double>(cache.light_points));
+        CHECK(cache.frame.light_points <= 101.0 * static_cast<double>(cache.light_points));
+        CHECK(cache.frame.cold_seconds >= cache.frame.warm_seconds);
+        CHECK(forecast.candidates[i].light_points > static_cast<double>(cache.light_points) / 3.0);
+        CHECK(forecast.candidates[i].light_points < 3.0 * static_cast<double>(cache.light_points));
+        CHECK(forecast.candidates[i].seconds > 0.0);
+    }
+    CHECK(results[2].lamp_error < results[1].lamp_error);
+    CHECK(results[2].long_rays > results[1].long_rays);
+    // To its own reference, which is as blurred, the mesh is far better than to lamps.
+    CHECK(mesh.mean_absolute_error < 0.5 * mesh.lamp_error);
+    const tune::Recommendation advice = tune::recommend(results, {.mean_absolute_error = 0.2});
+    REQUIRE(advice.choice);
+    CHECK(advice.reason.find(" rather than a ") != std::string::npos);
+}
+
+TEST_CASE("tune: with all points of a frame the records of a cache are counted") {
+    const World world;
+    const std::size_t few = world.points.size() / 8 / 64 * 64 + 64;
+    tune::Samples samples{std::span(world.points).first(few), std::span(world.normals).first(few)};
+    samples.frame_points = world.points;
+    samples.frame_normals = world.normals;
+    const std::vector<float> footprints(world.points.size(), 0.1f);
+    samples.footprints = std::span(footprints).first(few);
+    samples.frame_footprints = footprints;
+    const tune::Subject of_frame{world.tracer(), world.lights, samples};
+    const tune::Subject of_all{
+        world.tracer(), world.lights,
+        tune::Samples{.points = world.points, .normals = world.normals, .footprints = footprints}};
+    const auto candidates = tune::make_candidates({.spacings = {0.5f}, .details = {2}, .lamp_rays = {16}});
+    const auto estimated = tune::run(of_frame, candidates, quick_options()).measurements.front();
+    const auto counted = tune::run(of_all, candidates, quick_options()).measurements.front();
+    CHECK(estimated.light_points < counted.light_points);
+    CHECK(estimated.frame.light_points ==
+          doctest::Approx(static_cast<double>(counted.light_points)).epsilon(0.1));
+
+    samples.footprints = std::span(footprints).first(3);
+    CHECK_THROWS_WITH_AS((tune::Subject{world.tracer(), world.lights, samples}),
+                         doctest::Contains("the size of Samples::footprints is 3"), std::invalid_argument);
+}
+
 TEST_CASE("tune: shadow maps, shadow volumes and their sources") {
     const World world(100);
     const tune::Subject subject{world.tracer(), world.lights, world.samples(),
@@ -315,6 +448,9 @@ TEST_CASE("tune: a candidate without its source, or out of range, is refused bef
                     std::invalid_argument);
     CHECK_THROWS_AS(run({1.0f, 4.0f, ShortTest::linked, tune::LongTest::rays, 64}), std::invalid_argument);
     CHECK_THROWS_AS(run({1e-7f, 4.0f, ShortTest::linked, tune::LongTest::rays, 0}), std::out_of_range);
+    CHECK_THROWS_AS(run({.spacing = -1.0f, .detail = 3, .lamp_rays = 64}), std::invalid_argument);
+    CHECK_THROWS_AS(run({.spacing = 1.0f, .detail = 7, .lamp_rays = 64}), std::invalid_argument);
+    CHECK_THROWS_AS(run({.spacing = 1.0f, .detail = 3, .lamp_rays = 0}), std::invalid_argument);
     CHECK_FALSE(called);
 }
 
@@ -458,6 +594,53 @@ TEST_CASE("tune: a recommendation keeps to the wishes") {
     }
 }
 
+TEST_CASE("tune: a recommendation chooses between mesh and cache by their errors to lamps") {
+    const auto cache = [](float spacing, double ns, double error) {
+        tune::Measurement m = made_up(0, ns, error, 1e6, 0.0f);
+        m.candidate = {.radius = 0.0f, .quality = 0.0f, .spacing = spacing, .detail = 3, .lamp_rays = 64};
+        m.lamp_error = error;
+        return m;
+    };
+    tune::Measurement mesh = made_up(4, 40, 0.008, 1e6);
+    mesh.lamp_error = 0.03;
+    const std::vector<tune::Measurement> results{mesh, cache(0.5f, 20, 0.02), cache(0.25f, 60, 0.01)};
+    const auto choice = [&](const tune::Wishes& wishes) {
+        return tune::recommend(results, wishes);
+    };
+    SUBCASE("none: the less product of time and error to lamps") {
+        CHECK(choice({}).choice->candidate.spacing == 0.5f);
+        CHECK(
+            choice({}).reason.find(" A cache rather than a mesh (r 1, q 4, linked, rays): to lamps of their "
+                                   "sizes its error is 2 %, that of the other 3 %, at 0.5 times its time.") !=
+            std::string::npos);
+        std::vector<tune::Measurement> dear{mesh, cache(0.5f, 400, 0.02)};
+        CHECK(tune::recommend(dear, {}).choice->candidate.quality == 4.0f);
+        CHECK(tune::recommend(dear, {}).reason.find(" A mesh rather than a cache (cache, g 0.5") !=
+              std::string::npos);
+    }
+    SUBCASE("time: the nearer to lamps of those that are fast enough") {
+        CHECK(choice({.ns_per_point = 125.0}).choice->candidate.spacing == 0.25f);
+        CHECK(choice({.ns_per_point = 100.0}).choice->candidate.spacing == 0.5f);
+    }
+    SUBCASE("what only one of them can") {
+        const tune::Recommendation exact = choice({.mean_absolute_error = 0.009});
+        CHECK(exact.choice->candidate.quality == 4.0f);
+        CHECK(exact.reason.ends_with(" No cache keeps within the limits."));
+        const tune::Recommendation fast = choice({.ns_per_point = 50.0});
+        CHECK(fast.choice->candidate.spacing == 0.5f);
+        CHECK(fast.reason.ends_with(" No mesh keeps within the limits."));
+        CHECK_FALSE(choice({.ns_per_point = 1.0}).choice);
+    }
+    SUBCASE("a radius is for meshes") {
+        const tune::Recommendation other = choice({.radius = 7.0f});
+        CHECK(tune::is_cache(other.choice->candidate));
+        CHECK(other.reason.find("rather than") == std::string::npos);
+    }
+    SUBCASE("caches have a frontier of their own") {
+        CHECK(tune::pareto_frontier(results) == std::vector<std::size_t>{0, 1, 2});
+    }
+}
+
 TEST_CASE("tune: what is not finite is never recommended") {
     const double nan = std::nan("");
     std::vector<tune::Measurement> results{made_up(2, nan, 0.0, 1.0), made_up(3, 1.0, nan, 1.0),
@@ -482,12 +665,19 @@ TEST_CASE("tune: the suggested radius is that of the penumbra") {
 
     const std::vector<lightmesh::Light> lamp{lightmesh::PointLight{{0, 0, 4}}};
     const tune::Subject by_lamp{tracer, lamp, samples};
-    const tune::RadiusAdvice near = tune::suggest_radii(by_lamp, 0.3);
-    CHECK(near.shadowed == 20);
-    CHECK(near.pairs == 22);
-    CHECK(near.penumbra_width == doctest::Approx(2.0 * 0.3 * 4.0 / 3.0).epsilon(0.01));
-    CHECK(near.radius == doctest::Approx(0.5));  // nearest to 0.4 in its series, which has 0.3 and 0.5
-    CHECK(near.radii.size() == 3);
+    const tune::RadiusAdvice soft = tune::suggest_radii(by_lamp, 0.3);
+    CHECK(soft.shadowed == 20);
+    CHECK(soft.pairs == 22);
+    CHECK(soft.penumbra_width == doctest::Approx(2.0 * 0.3 * 4.0 / 3.0).epsilon(0.01));
+    CHECK(soft.radius == doctest::Approx(0.5));  // nearest to 0.4 in its series, which has 0.3 and 0.5
+    CHECK(soft.radii.size() == 3);
+
+    // With all points of a frame, those are looked at: samples that happen to lie in the light say nothing.
+    const tune::Samples lit{.points = std::span(points).first(2),
+                            .normals = std::span(normals).first(2),
+                            .frame_points = points,
+                            .frame_normals = normals};
+    CHECK(tune::suggest_radii(tune::Subject{tracer, lamp, lit}, 0.3).shadowed == 20);
 
     const std::vector<lightmesh::Light> sun{lightmesh::DirectionalLight{{0, 0, -1}}};
     const tune::Subject by_sun{tracer, sun, samples};

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include "render/lamps.hpp"
 #include "render/visibility.hpp"
 
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/visibility_cache.hpp>
 
 #include <chrono>
-#include <cmath>
-#include <type_traits>
 #include <utility>
-#include <variant>
 #include <vector>
 
 namespace demo {
@@ -35,47 +33,27 @@ public:
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
-    std::optional<CacheReport> cache() const override {
-        return CacheReport{cache_.settings().spacing, cache_.statistics()};
-    }
+    std::optional<lightmesh::CacheStatistics> cache() const override { return cache_.statistics(); }
+    std::vector<std::byte> snapshot() const override { return cache_.snapshot(); }
 
 private:
     Cache cache_;
 };
 
-/// The scene's lights as lamps of one size. Directional ones are as wide as such a lamp at half of the
-/// scene's diagonal.
-std::vector<lightmesh::Light> lamps_of(const EmbreeScene& scene, float size) {
-    std::vector<lightmesh::Light> lamps = shapes_of_lights(scene.scene());
-    for (lightmesh::Light& lamp : lamps)
-        std::visit(
-            [&](auto& kind) {
-                using Kind = std::remove_cvref_t<decltype(kind)>;
-                if constexpr (std::is_same_v<Kind, lightmesh::DirectionalLight>)
-                    kind.angular_radius = std::atan(size / (0.5f * scene.diagonal()));
-                else if constexpr (!std::is_same_v<Kind, lightmesh::RectLight>)
-                    kind.radius = size;
-            },
-            lamp);
-    return lamps;
-}
-
-lightmesh::CacheSettings settings_of(const VisibilityOptions& options) {
-    return {.spacing = options.settings.radius / 4.0f};
-}
-
 }  // namespace
 
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
     using Cache = lightmesh::VisibilityCache<EmbreeIntersector>;
-    return std::make_unique<CacheVisibility<Cache>>(
-        Cache(scene.intersector(), lamps_of(scene, lamp_size(options)), settings_of(options)));
+    Cache cache(scene.intersector(), lamps_of(scene, options), cache_settings_of(options));
+    if (!options.known.empty())
+        cache.merge(options.known);
+    return std::make_unique<CacheVisibility<Cache>>(std::move(cache));
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
     lightmesh::VisibilityCache cache{
         lightmesh::LightMesh{scene.intersector(), shapes_of_lights(scene.scene()), options.settings},
-        settings_of(options)};
+        cache_settings_of(options)};
     return std::make_unique<CacheVisibility<decltype(cache)>>(std::move(cache));
 }
 

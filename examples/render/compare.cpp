@@ -14,8 +14,8 @@ namespace demo {
 namespace {
 
 struct CompareOptions : CommonOptions {
-    std::vector<std::string> algorithms{"whitted", "lmm", "linked", "express"};
-    std::string reference = "lmm";
+    std::vector<std::string> algorithms{"cache", "whitted", "area", "linked"};
+    std::string reference = "area";
     std::string output;
     float amplification = 8.0f;
     bool exr = false;
@@ -36,7 +36,7 @@ std::string rays_that_stay(const Run& made) {
     if (made.mesh)
         return grouped(made.mesh->long_rays + made.mesh->link_rays);
     if (made.cache)
-        return grouped(made.cache->held.lamp_rays + made.cache->held.place_rays + made.cache->held.link_rays);
+        return grouped(made.cache->lamp_rays + made.cache->place_rays + made.cache->link_rays);
     return "-";
 }
 
@@ -58,7 +58,8 @@ std::string comparison_table(const std::vector<Run>& runs, const Run& reference,
     }
     return "scene " + scene.scene().name + ": " + grouped(scene.scene().triangles.size()) + " triangles, " +
            grouped(scene.scene().lights.size()) + " lights, r " + number(reference.settings.radius) + ", q " +
-           number(reference.settings.quality) + ", " + grouped(reference.statistics.shading_points) +
+           number(reference.settings.quality) + ", g " + number(reference.spacing) + ", lamp radius " +
+           reference.lamp_sizes + ", " + grouped(reference.statistics.shading_points) +
            " surface points; BVH in " + fixed(scene.seconds_building(), 2) + " s; differences are to " +
            reference.algorithm + "\n" + table.text();
 }

@@ -346,6 +346,9 @@ Scene open_scene(const SceneOptions& options) {
     if (!scene.is_file) {
         if (options.lights > 0)
             spread_lights(scene, options.lights);
+        // Its own radius suits its own view.
+        if (options.eye || options.target || options.field_of_view)
+            choose_radius(probe(EmbreeScene(scene)), scene);
         if (options.exposure)
             scene.exposure = std::exp2(*options.exposure);
         return scene;

@@ -69,8 +69,10 @@ void add_render_options(CLI::App& command, CommonOptions& options) {
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
     command
-        .add_option("--light-size", visibility.light_size,
-                    "radius of the lamps of 'area' and 'cache'; default: a tenth of --radius")
+        .add_option(
+            "--light-size", visibility.light_size,
+            "radius of the lamps of 'area' and 'cache', in the scene's units; default: the file's, else a "
+            "third of --radius, and the sun's angle for directional lights")
         ->check(finite_positive);
     command.add_option("--depth", options.depth, "what renders shadow maps")
         ->check(CLI::IsMember({"vulkan", "embree"}))
@@ -159,6 +161,17 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
         .add_option("-q,--quality", options.quality,
                     "q, light points per radius, 1 to 16; default: the scene's")
         ->check(finite_range(1.0f, 16.0f));
+    lightmesh::CacheSettings& cache = options.visibility.cache;
+    command
+        .add_option("-g,--spacing", cache.spacing,
+                    "g, of a cache's coarsest records, in the scene's units; default: a quarter of --radius")
+        ->check(finite_positive);
+    command.add_option("--detail", cache.detail, "how often a cache halves g along penumbrae, 0 to 6")
+        ->check(CLI::Range(0, 6))
+        ->capture_default_str();
+    command.add_option("--lamp-rays", cache.lamp_rays, "rays of 'cache' from a record to a lamp, at most")
+        ->check(CLI::Range(1, 64))
+        ->capture_default_str();
     command.add_option("--short-test", options.short_test, "of lmm: does a surface point see a light point?")
         ->check(CLI::IsMember({"exact", "linked", "none"}))
         ->capture_default_str();

@@ -15,7 +15,7 @@ namespace demo {
 namespace {
 
 struct PictureOptions : CommonOptions {
-    std::string algorithm = "linked";
+    std::string algorithm = "cache";
     std::string output;
     std::string exr;
     std::string mesh;
@@ -25,9 +25,9 @@ struct PictureOptions : CommonOptions {
 /// Says which option of meshes does not fit the algorithm.
 void check_mesh_options(const PictureOptions& options) {
     for (const auto& [name, file] : {std::pair("--mesh", options.mesh), {"--save-mesh", options.saved_mesh}})
-        if (!file.empty() && !keeps_mesh(options.algorithm))
-            throw std::invalid_argument(std::string(name) + " is for lmm, linked and express, not for " +
-                                        options.algorithm);
+        if (!file.empty() && !keeps_snapshot(options.algorithm))
+            throw std::invalid_argument(
+                std::string(name) + " is for cache, lmm, linked and express, not for " + options.algorithm);
 }
 
 int make_picture(const PictureOptions& options) {
@@ -57,7 +57,7 @@ int make_picture(const PictureOptions& options) {
     write_image(output.extension() == ".png" ? toned(made.image, options.render.tone) : made.image, output);
     std::cout << report(made, embree) << "picture: " << output.string() << '\n';
     if (!options.saved_mesh.empty())
-        std::cout << "mesh: " << options.saved_mesh << '\n';
+        std::cout << "saved: " << options.saved_mesh << '\n';
     if (!options.exr.empty() && made.statistics.finished) {
         write_exr(made.image, options.exr);
         std::cout << "picture: " << options.exr << '\n';
@@ -78,10 +78,11 @@ void add_picture_command(CLI::App& program, int& status) {
         ->capture_default_str();
     command->add_option("-o,--output", options->output, "PNG or EXR; default: the scene's name and .png");
     command->add_option("--exr", options->exr, "also write the linear values as an EXR file");
-    command->add_option("--mesh", options->mesh,
-                        "begin with what --save-mesh has written, of the same scene, lights, r and q");
+    command->add_option(
+        "--mesh", options->mesh,
+        "begin with what --save-mesh has written, of the same algorithm, scene, lamps, r, q and g");
     command->add_option("--save-mesh", options->saved_mesh,
-                        "write the light mesh to a file (lmm, linked, express)");
+                        "write the cache or the light mesh to a file (cache, lmm, linked, express)");
     add_render_options(*command, *options);
     add_tone_option(*command, *options);
     command->callback([options, &status] { status = make_picture(*options); });

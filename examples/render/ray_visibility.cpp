@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/illumination.hpp"
+#include "render/lamps.hpp"
 #include "render/visibility.hpp"
 #include "scene/random.hpp"
 
@@ -9,8 +10,11 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <span>
 #include <stdexcept>
+#include <utility>
 #include <variant>
+#include <vector>
 
 namespace demo {
 
@@ -55,8 +59,9 @@ private:
 /// Shadow rays to points of the lights, as a subclass chooses them.
 class RayVisibility : public Visibility {
 public:
-    RayVisibility(const EmbreeScene& scene, float light_size)
-        : scene_(scene), light_size_(light_size), tracer_(scene.intersector()) {}
+    /// A radius for each light, where the segments to its middle end; 0 for all that have none.
+    RayVisibility(const EmbreeScene& scene, std::vector<float> sizes)
+        : scene_(scene), sizes_(std::move(sizes)), tracer_(scene.intersector()) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -71,8 +76,7 @@ public:
                 const lightmesh::Segment middle = shadow_segment(
                     lights[l], points.positions[i], points.normals[i], scene_.offset(), scene_.far_away());
                 const auto seed = points.seeds[i] ^ (static_cast<std::uint32_t>(l) * 0x9e3779b9u);
-                add_rays(batch, middle, lights[l], size_at_target(lights[l]), seed,
-                         lit[i * lights.size() + l]);
+                add_rays(batch, middle, lights[l], sizes_[l], seed, lit[i * lights.size() + l]);
             }
         }
         batch.flush();
@@ -86,21 +90,15 @@ protected:
                           std::uint32_t seed, float& value) const = 0;
 
 private:
-    /// Radius of the light where the segment ends. A directional light is as wide as a lamp at half of the
-    /// scene's diagonal.
-    float size_at_target(const SceneLight& light) const {
-        const bool is_far = std::holds_alternative<lightmesh::DirectionalLight>(light.shape);
-        return is_far ? light_size_ * scene_.far_away() / (0.5f * scene_.diagonal()) : light_size_;
-    }
-
     const EmbreeScene& scene_;
-    float light_size_;
+    std::vector<float> sizes_;
     EmbreeIntersector tracer_;
 };
 
 class HardShadows final : public RayVisibility {
 public:
-    explicit HardShadows(const EmbreeScene& scene) : RayVisibility(scene, 0.0f) {}
+    explicit HardShadows(const EmbreeScene& scene)
+        : RayVisibility(scene, std::vector<float>(scene.scene().lights.size(), 0.0f)) {}
 
 protected:
     void add_rays(Batch& batch, const lightmesh::Segment& middle, const SceneLight&, float, std::uint32_t,
@@ -113,8 +111,8 @@ protected:
 /// their own size.
 class AreaShadows final : public RayVisibility {
 public:
-    AreaShadows(const EmbreeScene& scene, int samples, float size)
-        : RayVisibility(scene, size), samples_(samples),
+    AreaShadows(const EmbreeScene& scene, int samples, std::vector<float> sizes)
+        : RayVisibility(scene, std::move(sizes)), samples_(samples),
           rings_(static_cast<int>(std::sqrt(static_cast<float>(samples)))) {}
 
 protected:
@@ -169,6 +167,22 @@ private:
     int rings_;
 };
 
+/// The radii of lamps where segments to them end; of rectangles 0.
+std::vector<float> sizes_at_ends(std::span<const lightmesh::Light> lamps, float far_away) {
+    std::vector<float> sizes;
+    for (const lightmesh::Light& lamp : lamps) {
+        if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lamp))
+            sizes.push_back(far_away * std::tan(sun->angular_radius));
+        else if (const auto* spot = std::get_if<lightmesh::SpotLight>(&lamp))
+            sizes.push_back(spot->radius);
+        else if (const auto* point = std::get_if<lightmesh::PointLight>(&lamp))
+            sizes.push_back(point->radius);
+        else
+            sizes.push_back(0.0f);
+    }
+    return sizes;
+}
+
 }  // namespace
 
 std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene) {
@@ -179,7 +193,8 @@ std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const Vi
     if (options.area_samples < 1 || options.area_samples > 1024)
         throw std::invalid_argument("area lights take 1 to 1024 rays, not " +
                                     std::to_string(options.area_samples));
-    return std::make_unique<AreaShadows>(scene, options.area_samples, lamp_size(options));
+    return std::make_unique<AreaShadows>(scene, options.area_samples,
+                                         sizes_at_ends(lamps_of(scene, options), scene.far_away()));
 }
 
 }  // namespace demo

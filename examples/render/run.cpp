@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/run.hpp"
 
+#include "render/lamps.hpp"
 #include "render/terminal.hpp"
 #include "render/text_table.hpp"
 
@@ -19,6 +20,8 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
     Run made;
     made.algorithm = algorithm;
     made.settings = visibility.settings;
+    made.spacing = cache_settings_of(visibility).spacing;
+    made.lamp_sizes = lamp_size_text(lamps_of(scene, visibility));
     const auto start = std::chrono::steady_clock::now();
     const std::unique_ptr<Visibility> shadows = make_visibility(algorithm, scene, visibility);
     made.seconds_preparing = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -27,7 +30,7 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
         scene, *shadows, options, made.statistics, [&](double done) { bar.show(done); }, &interrupted());
     made.mesh = shadows->mesh();
     made.cache = shadows->cache();
-    made.bytes = made.mesh ? made.mesh->bytes : made.cache ? made.cache->held.bytes : shadows->bytes();
+    made.bytes = made.mesh ? made.mesh->bytes : made.cache ? made.cache->bytes : shadows->bytes();
     if (visibility.keep_snapshot)
         made.snapshot = shadows->snapshot();
     return made;
@@ -46,12 +49,11 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"algorithm", run.algorithm});
     table.add_row({"triangles", grouped(scene.scene().triangles.size())});
     table.add_row({"lights", grouped(lights)});
-    if (run.mesh) {
-        table.add_row({"radius r", number(run.settings.radius)});
-        table.add_row({"quality q", number(run.settings.quality)});
-    }
-    if (run.cache)
-        table.add_row({"spacing g", number(run.cache->spacing)});
+    // Also where this algorithm knows no such thing: they are what another one would take of this view.
+    table.add_row({"radius r", number(run.settings.radius)});
+    table.add_row({"quality q", number(run.settings.quality)});
+    table.add_row({"spacing g", number(run.spacing)});
+    table.add_row({"lamp radius", run.lamp_sizes});
     table.add_row({"surface points", grouped(spent.shading_points)});
     table.add_rule();
     table.add_row({"seconds: BVH", fixed(scene.seconds_building(), 3)});
@@ -73,10 +75,9 @@ std::string report(const Run& run, const EmbreeScene& scene) {
         table.add_row({"light points", grouped(run.mesh->light_points)});
     }
     if (run.cache) {
-        table.add_row({"rays to lamps", grouped(run.cache->held.lamp_rays)});
-        table.add_row(
-            {"rays to places and links", grouped(run.cache->held.place_rays + run.cache->held.link_rays)});
-        table.add_row({"records", grouped(run.cache->held.records)});
+        table.add_row({"rays to lamps", grouped(run.cache->lamp_rays)});
+        table.add_row({"rays to places and links", grouped(run.cache->place_rays + run.cache->link_rays)});
+        table.add_row({"records", grouped(run.cache->records)});
     }
     table.add_row({run.mesh    ? "memory of the mesh"
                    : run.cache ? "memory of the cache"

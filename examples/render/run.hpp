@@ -20,11 +20,13 @@ namespace demo {
 struct Run {
     std::string algorithm;
     lightmesh::Settings settings;
+    float spacing = 0.0f;    ///< g, of a visibility cache
+    std::string lamp_sizes;  ///< of algorithms that know sizes, for people
     Image image;
     RenderStatistics statistics;
     double seconds_preparing = 0.0;  ///< until the first ray: devices opened, triangles copied
     std::optional<lightmesh::MeshStatistics> mesh;
-    std::optional<CacheReport> cache;
+    std::optional<lightmesh::CacheStatistics> cache;
     std::size_t bytes = 0;            ///< of the mesh, of the cache, or of maps and volumes
     std::vector<std::byte> snapshot;  ///< of the mesh, if `VisibilityOptions::keep_snapshot`
 

@@ -45,7 +45,8 @@ std::vector<PaperRow> rows_with(std::array<double, 4> lmm, std::array<double, 4>
             {"Linked LMM", "linked", {}},
             {"Linked LMM+ATK", "linked+map", {}},
             {"Whitted (hard)", "whitted", {}},
-            {"area lights", "area", {}}};
+            {"area lights", "area", {}},
+            {"visibility cache", "cache", {}}};
 }
 
 std::vector<PaperTable> paper_tables() {

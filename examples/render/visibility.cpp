@@ -36,14 +36,15 @@ void add_mesh_family(std::vector<Entry>& entries, const std::string& suffix, con
 
 std::vector<Entry> make_entries() {
     std::vector<Entry> entries;
+    entries.push_back({{"cache", "penumbrae of lamps with sizes, by a visibility cache"}, make_cache});
+    entries.push_back(
+        {{"blur-cache", "a light mesh through a visibility cache: its blur without steps"}, make_blur_cache});
     entries.push_back({{"whitted", "hard shadows, one ray per light"},
                        [](const EmbreeScene& scene, const VisibilityOptions&) {
                            return make_hard_shadows(scene);
                        }});
-    entries.push_back({{"area", "sphere lights, --area-samples rays per light"}, make_area_shadows});
-    entries.push_back({{"cache", "sphere lights by a visibility cache"}, make_cache});
     entries.push_back(
-        {{"blur-cache", "a light mesh through a visibility cache: its blur without steps"}, make_blur_cache});
+        {{"area", "penumbrae of lamps with sizes, --area-samples rays per light"}, make_area_shadows});
     entries.push_back({{"shadow-map", "hard shadows by shadow maps alone"}, make_shadow_maps});
     entries.push_back({{"shadow-volume", "hard shadows by shadow volumes alone"},
                        [](const EmbreeScene& scene, const VisibilityOptions&) {
@@ -72,8 +73,8 @@ const std::vector<Algorithm>& algorithms() {
     return all;
 }
 
-bool keeps_mesh(const std::string& algorithm) {
-    return algorithm == "lmm" || algorithm == "linked" || algorithm == "express";
+bool keeps_snapshot(const std::string& algorithm) {
+    return algorithm == "cache" || algorithm == "lmm" || algorithm == "linked" || algorithm == "express";
 }
 
 std::unique_ptr<Visibility> make_visibility(const std::string& algorithm, const EmbreeScene& scene,

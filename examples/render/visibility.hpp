@@ -3,6 +3,7 @@
 
 #include "render/embree_scene.hpp"
 
+#include <lightmesh/cache_settings.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 
@@ -41,12 +42,6 @@ struct SurfacePoints {
     std::span<const float> footprints{};           ///< the same
 };
 
-/// What a visibility cache holds, and the step g of its lattice.
-struct CacheReport {
-    float spacing;
-    lightmesh::CacheStatistics held;
-};
-
 /// How lit surface points are: all that the algorithms of `lightmesh-render` differ in. Const members may be
 /// used by any number of threads.
 class Visibility {
@@ -59,11 +54,11 @@ public:
     /// Of the light mesh, if there is one.
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }
     /// Of the visibility cache, if there is one.
-    virtual std::optional<CacheReport> cache() const { return std::nullopt; }
+    virtual std::optional<lightmesh::CacheStatistics> cache() const { return std::nullopt; }
     /// Of shadow maps and volumes outside a mesh.
     virtual std::size_t bytes() const { return 0; }
-    /// All that a light mesh knows, for `VisibilityOptions::known`; nothing where there is none that could be
-    /// saved.
+    /// All that a light mesh or a cache of lamps knows, for `VisibilityOptions::known`; nothing where there
+    /// is none that could be saved.
     virtual std::vector<std::byte> snapshot() const { return {}; }
 };
 
@@ -73,17 +68,22 @@ enum class DepthSource { vulkan, embree };
 struct VisibilityOptions {
     lightmesh::Settings settings;  ///< its short test is that of `lmm`
     int area_samples = 16;         ///< rays to each light, in [1, 1024]
-    float light_size = 0.0f;       ///< radius of lamps in world units; 0: settings.radius / 10
+    float light_size = 0.0f;       ///< radius of lamps in world units; 0: see `lamps_of`
+    /// Of visibility caches; spacing 0: see `cache_settings_of`.
+    lightmesh::CacheSettings cache{.spacing = 0.0f};
     DepthSource depth = DepthSource::vulkan;
     std::string device;  ///< of Vulkan: an index or a part of its name; empty: the best
-    /// A snapshot that a light mesh with long tests by rays begins with; empty: none.
+    /// A snapshot that a light mesh with long tests by rays, or a cache of lamps, begins with; empty: none.
     std::vector<std::byte> known{};
     bool keep_snapshot = false;  ///< whether `Run::snapshot` is wanted
 };
 
-/// The radius of lamps, world units.
-inline float lamp_size(const VisibilityOptions& options) {
-    return options.light_size > 0.0f ? options.light_size : options.settings.radius / 10.0f;
+/// `options.cache`, with a quarter of r for a spacing that nobody chose.
+inline lightmesh::CacheSettings cache_settings_of(const VisibilityOptions& options) {
+    lightmesh::CacheSettings settings = options.cache;
+    if (settings.spacing == 0.0f)
+        settings.spacing = options.settings.radius / 4.0f;
+    return settings;
 }
 
 /// A way to find visibility, by the name that the command line knows it by.
@@ -92,11 +92,11 @@ struct Algorithm {
     std::string description;
 };
 
-/// Whether an algorithm's light mesh can be saved and be begun with a snapshot: those with long tests by
-/// rays.
-bool keeps_mesh(const std::string& algorithm);
+/// Whether what an algorithm finds can be saved and be begun with: that of light meshes with long tests by
+/// rays, and of the cache of lamps.
+bool keeps_snapshot(const std::string& algorithm);
 
-/// whitted, area, cache, blur-cache, shadow-map, shadow-volume; lmm, linked, express, each also with +map and
+/// cache, blur-cache, whitted, area, shadow-map, shadow-volume; lmm, linked, express, each also with +map and
 /// +volume.
 const std::vector<Algorithm>& algorithms();
 
@@ -109,7 +109,7 @@ std::unique_ptr<Visibility> make_visibility(const std::string& algorithm, const 
 
 /// One shadow ray per point and facing light.
 std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene);
-/// Rays to stratified points of sphere lights.
+/// Rays to stratified points of lamps with sizes.
 std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const VisibilityOptions& options);
 /// Hard shadows by a look-up in a shadow map for each light.
 std::unique_ptr<Visibility> make_shadow_maps(const EmbreeScene& scene, const VisibilityOptions& options);
@@ -120,7 +120,7 @@ std::unique_ptr<Visibility> make_shadow_volumes(const EmbreeScene& scene);
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
                                             lightmesh::LongTest long_test);
 
-/// Penumbrae of sphere lights by a visibility cache.
+/// Penumbrae of lamps with sizes by a visibility cache.
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options);
 /// The blur of a light mesh by a visibility cache.
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options);

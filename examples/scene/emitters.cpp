@@ -43,6 +43,7 @@ struct Sample {
     glm::vec3 position;
     glm::vec3 normal;
     glm::vec3 power;  ///< radiance times area
+    float area;
     std::size_t triangle;
 };
 
@@ -65,7 +66,7 @@ void add_samples(const Scene& scene, std::size_t t, std::vector<Sample>& samples
     for (const auto& [u, v] : places) {
         const Surface surface = surface_at(scene, t, u, v);
         samples.push_back({(1.0f - u - v) * a + u * b + v * c, normal / twice_area,
-                           surface.emission * (twice_area / 8.0f), t});
+                           surface.emission * (twice_area / 8.0f), twice_area / 8.0f, t});
     }
 }
 
@@ -175,8 +176,10 @@ struct Part {
     glm::vec3 back{0.0f};   ///< and of the others
     glm::vec3 weighted{0.0f};
     float weight = 0.0f;
+    float area = 0.0f;
 
     void add(const Sample& sample, const glm::vec3& normal) {
+        area += sample.area;
         (glm::dot(sample.normal, normal) > 0.0f ? front : back) += sample.power;
         weighted += sum_of(sample.power) * sample.position;
         weight += sum_of(sample.power);
@@ -224,7 +227,8 @@ void add_patch(const Scene& scene, const Patch& patch, Sides sides, float diagon
             continue;
         if (!exact) {
             SceneLight lamp;
-            lamp.shape = lightmesh::PointLight{part.weighted / part.weight};
+            lamp.shape = lightmesh::PointLight{.position = part.weighted / part.weight,
+                                               .radius = std::sqrt(part.area / static_cast<float>(pi))};
             lamp.intensity = intensity_of(glm::max(part.power(true), part.power(false)));
             lamp.facing = patch.normal;
             lamp.name = name;
@@ -258,18 +262,21 @@ Sides sides_of(const Patch& patch, const std::vector<Sample>& piece) {
     return high > thickness && low > -thickness ? Sides::back : Sides::both;
 }
 
-/// A convex piece shows a quarter of its surface to each side.
+/// A convex piece shows a quarter of its surface to each side: a sphere of the same surface.
 void add_round(const std::vector<Sample>& samples, const std::string& name, std::vector<SceneLight>& lights) {
     glm::vec3 power{0.0f};
     glm::vec3 weighted{0.0f};
     float weight = 0.0f;
+    float area = 0.0f;
     for (const Sample& sample : samples) {
+        area += sample.area;
         power += sample.power;
         weighted += sum_of(sample.power) * sample.position;
         weight += sum_of(sample.power);
     }
     SceneLight lamp;
-    lamp.shape = lightmesh::PointLight{weighted / weight};
+    lamp.shape = lightmesh::PointLight{.position = weighted / weight,
+                                       .radius = std::sqrt(area / static_cast<float>(4.0 * pi))};
     lamp.intensity = power / static_cast<float>(4.0 * pi);
     lamp.name = name;
     lights.push_back(lamp);

@@ -79,9 +79,11 @@ int tune_and_report(const TuneOptions& options) {
 }  // namespace
 
 int main(int argument_count, char** arguments) {
-    CLI::App program("Finds radius, quality and tests of a light mesh for a scene, by measuring.",
-                     "lightmesh-tune");
+    CLI::App program(
+        "Finds, by measuring, whether a light mesh or a visibility cache suits a scene, and its settings.",
+        "lightmesh-tune");
     program.footer(
+        "Where an option shows ..., its values have commas between them: -q 2,3,4.\n"
         "Exit status: 0, or 3 if no candidate keeps to the limits, 130 after Ctrl-C, 1 and 2 for errors.");
     TuneOptions options;
     add_tune_options(program, options);

@@ -74,7 +74,9 @@ void add_wishes(CLI::App& program, TuneOptions& options) {
         [&options](const std::string& text) {
             validated("--error", [&] { options.wishes.mean_absolute_error = read_share(text); });
         },
-        "at most this mean absolute error to a converged mesh: 0.01 or 1%");
+        "at most this mean absolute error, of meshes to a converged one, of caches to lamps of 256 rays: "
+        "0.01 "
+        "or 1%");
     program
         .add_option_function<std::uint64_t>(
             "--memory",
@@ -83,7 +85,7 @@ void add_wishes(CLI::App& program, TuneOptions& options) {
                     throw CLI::ValidationError("--memory", "0 leaves no room for a mesh");
                 options.wishes.bytes = static_cast<double>(bytes);
             },
-            "at most so much for the mesh of a frame: 500MB")
+            "at most so much for the mesh or cache of a frame: 500MB")
         ->transform(CLI::Validator(
             [](const std::string& text) {
                 return text.find('-') == std::string::npos ? std::string() : text + " is no amount of memory";
@@ -92,7 +94,7 @@ void add_wishes(CLI::App& program, TuneOptions& options) {
         ->transform(CLI::AsSizeValue(true));
     program.add_flag_callback(
         "--warm", [&options] { options.wishes.frame = tune::Frame::later; },
-        "choose for a frame that finds a filled mesh (a moving camera), not for the first one");
+        "choose for a frame that finds mesh or cache filled (a moving camera), not for the first one");
 }
 
 void add_choices(CLI::App& program, TuneOptions& options) {
@@ -122,6 +124,25 @@ void add_choices(CLI::App& program, TuneOptions& options) {
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::Range(1, 16384));
+    const auto add_list = [&program](const char* name, auto& values, const char* what) {
+        return program.add_option(name, values, what)->delimiter(',')->allow_extra_args(false);
+    };
+    add_list("-g,--spacing", options.spacings,
+             "g of caches to try, in the scene's units; default: a half and a quarter of the middle radius")
+        ->check(finite_positive);
+    add_list("--detail", options.details, "how often caches halve g; default: 2,3")->check(CLI::Range(0, 6));
+    add_list("--lamp-rays", options.lamp_rays, "rays of caches to a lamp to try; default: 16,64")
+        ->check(CLI::Range(1, 64));
+    program
+        .add_option_function<std::string>(
+            "--caches", [&options](const std::string& text) { options.caches = text == "on"; },
+            "whether visibility caches are tried beside light meshes: on (default) or off")
+        ->check(CLI::IsMember({"on", "off"}));
+    program
+        .add_option("--light-size", options.visibility.light_size,
+                    "radius of the lamps, in the scene's units; default: the file's, else a third of the "
+                    "scene's radius, and the sun's angle for directional lights")
+        ->check(finite_positive);
     program
         .add_option("--lamp-angle", options.lamp_angle,
                     "radius of a lamp as seen from what it lights, in radians: radii are suggested for it")
@@ -218,6 +239,17 @@ std::vector<tune::Candidate> choose_candidates(const TuneOptions& options, const
             choices.short_tests = {lightmesh::ShortTest::linked};
         const std::vector<tune::Candidate> with_maps = tune::make_candidates(choices);
         candidates.insert(candidates.end(), with_maps.begin(), with_maps.end());
+    }
+    if (options.caches) {
+        tune::Choices caches{.spacings = {0.5f * middle_radius, 0.25f * middle_radius}};
+        if (!options.spacings.empty())
+            caches.spacings = options.spacings;
+        if (!options.details.empty())
+            caches.details = options.details;
+        if (!options.lamp_rays.empty())
+            caches.lamp_rays = options.lamp_rays;
+        const std::vector<tune::Candidate> more = tune::make_candidates(caches);
+        candidates.insert(candidates.end(), more.begin(), more.end());
     }
     return candidates;
 }

@@ -7,6 +7,7 @@
 #include "render/terminal.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <stdexcept>
 
 namespace demo {
@@ -35,7 +36,7 @@ std::string file_name_of(const tune::Candidate& candidate) {
 class Photographer {
 public:
     Photographer(const EmbreeScene& scene, const TuneOptions& options, const std::filesystem::path& folder)
-        : scene_(scene), visibility_(options.visibility), render_(options.render), folder_(folder) {
+        : scene_(scene), visibility_(lamp_options(scene, options)), render_(options.render), folder_(folder) {
         const RenderOptions& frame = options.render;
         render_.width = options.picture_width;
         render_.height = (std::max)(1, options.picture_width * frame.height / frame.width);
@@ -44,9 +45,7 @@ public:
     const RenderOptions& options() const { return render_; }
 
     Image render(const tune::Candidate& candidate) const {
-        VisibilityOptions visibility = visibility_;
-        visibility.settings = tune::settings_of(candidate);
-        const auto shadows = make_light_mesh(scene_, visibility, candidate.long_test);
+        const auto shadows = shadows_of(candidate);
         RenderStatistics statistics;
         ProgressBar bar("picture of " + tune::describe(candidate));
         Image image = demo::render(
@@ -64,6 +63,16 @@ public:
     }
 
 private:
+    std::unique_ptr<Visibility> shadows_of(const tune::Candidate& candidate) const {
+        VisibilityOptions visibility = visibility_;
+        if (tune::is_cache(candidate)) {
+            visibility.cache = tune::cache_settings_of(candidate);
+            return make_cache(scene_, visibility);
+        }
+        visibility.settings = tune::settings_of(candidate);
+        return make_light_mesh(scene_, visibility, candidate.long_test);
+    }
+
     const EmbreeScene& scene_;
     VisibilityOptions visibility_;
     RenderOptions render_;
@@ -74,7 +83,7 @@ private:
 std::vector<tune::Measurement> chosen_frontier(const Report& report, std::size_t& size) {
     std::vector<tune::Measurement> all;
     for (const std::size_t i : report.frontier)
-        if (report.tuning.measurements[i].candidate.radius == report.tuning.middle_radius)
+        if (tune::radius_of(report.tuning.measurements[i].candidate) == report.tuning.middle_radius)
             all.push_back(report.tuning.measurements[i]);
     size = all.size();
     if (size <= most_pictures)
@@ -82,8 +91,8 @@ std::vector<tune::Measurement> chosen_frontier(const Report& report, std::size_t
     std::vector<tune::Measurement> chosen;
     const auto& recommended = report.recommended.choice;
     for (std::size_t i = 0; i < size; ++i) {
-        const std::size_t place = chosen.size() * (size - 1) / (most_pictures - 1);
-        if (i == place || (recommended && all[i].candidate == recommended->candidate))
+        const std::size_t next = chosen.size() * (size - 1) / (most_pictures - 1);
+        if (i == next || (recommended && all[i].candidate == recommended->candidate))
             chosen.push_back(all[i]);
     }
     return chosen;
@@ -99,10 +108,10 @@ ReportPictures render_pictures(const EmbreeScene& scene, const TuneOptions& opti
     pictures.width = photographer.options().width;
     pictures.height = photographer.options().height;
     pictures.amplification = amplification;
-    const float best =
-        report.tuning.measurements.empty()
-            ? picture_reference_quality
-            : (std::min)(report.tuning.measurements.front().reference.quality, picture_reference_quality);
+    float best = picture_reference_quality;
+    for (const tune::Measurement& m : report.tuning.measurements)
+        if (!tune::is_cache(m.candidate))
+            best = (std::min)(best, m.reference.quality);
     tune::Candidate& exact = pictures.reference.measurement.candidate;
     exact = {report.tuning.middle_radius, best, lightmesh::ShortTest::exact, tune::LongTest::rays, 0};
     const Image reference = photographer.render(exact);

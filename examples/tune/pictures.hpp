@@ -26,7 +26,7 @@ struct ReportPictures {
     CandidatePicture reference;              ///< exact, with as high a quality as pictures can wait for
     std::vector<CandidatePicture> frontier;  ///< of the middle radius, the fastest first
     std::size_t frontier_size = 0;           ///< how many there are, with and without picture
-    std::vector<CandidatePicture> radii;     ///< what is recommended for each radius, if there are several
+    std::vector<CandidatePicture> radii;     ///< what is recommended of each radius and of caches, if several
 };
 
 /// Renders them with a progress bar each, and keeps them as PNG files in the folder. Throws

@@ -149,6 +149,12 @@ std::string shape(lightmesh::ShortTest short_test, const char* colour, double x,
     return format("<path d=\"M%.1f %.1fl6 10.5h-12z\"", x, y - 7.0) + end + "path>";
 }
 
+/// A diamond.
+std::string cache_shape(double x, double y, const std::string& title) {
+    return format("<path d=\"M%.1f %.1fl6 6-6 6-6-6z\"", x, y - 6.0) + " class=\"mark cache\"><title>" +
+           title + "</title></path>";
+}
+
 std::string hard_shadow_line(const Report& report, const Axes& axes) {
     const double x = axes.time.at(1e-9 * report.tuning.shadow_ray_ns_per_point);
     const bool near_right = x > 0.5 * (left + right);
@@ -186,12 +192,12 @@ public:
     const std::string& svg() const { return svg_; }
 
 private:
-    struct Place {
+    struct Box {
         double x;
         double y;
         double length;
     };
-    std::vector<Place> placed_;
+    std::vector<Box> placed_;
     std::string svg_;
 };
 
@@ -201,13 +207,15 @@ std::string frontier_line(const Report& report, const Axes& axes, float radius) 
     Labels labels;
     for (const std::size_t i : report.frontier) {
         const tune::Measurement& m = report.tuning.measurements[i];
-        if (m.candidate.radius != radius)
+        if (tune::radius_of(m.candidate) != radius)
             continue;
         const double x = axes.time.at(seconds_per_point(report, m));
         const double y = axes.error.at(m.mean_absolute_error);
         points += format("%.1f,%.1f ", x, y);
         const double distance = is_recommended(report, m.candidate) ? 12.0 : 7.0;
-        labels.add("q " + tune::detail::shortest(m.candidate.quality), x, y, distance);
+        labels.add(tune::is_cache(m.candidate) ? "g " + tune::shortest_text(m.candidate.spacing)
+                                               : "q " + tune::shortest_text(m.candidate.quality),
+                   x, y, distance);
     }
     return "<polyline class=\"frontier\" points=\"" + points + "\"/>" + labels.svg();
 }
@@ -215,20 +223,23 @@ std::string frontier_line(const Report& report, const Axes& axes, float radius) 
 std::string marks(const Report& report, const Axes& axes, float radius) {
     std::string svg;
     for (const tune::Measurement& m : report.tuning.measurements) {
-        if (m.candidate.radius != radius)
+        if (tune::radius_of(m.candidate) != radius)
             continue;
         const double seconds = seconds_per_point(report, m);
         const std::string title = tune::describe(m.candidate) + ": " + seconds_text(seconds) + " a point, " +
                                   percent_text(m.mean_absolute_error);
-        svg += shape(m.candidate.short_test, colour_class(m.candidate.long_test), axes.time.at(seconds),
-                     axes.error.at(m.mean_absolute_error), title);
+        const double x = axes.time.at(seconds);
+        const double y = axes.error.at(m.mean_absolute_error);
+        svg += tune::is_cache(m.candidate)
+                   ? cache_shape(x, y, title)
+                   : shape(m.candidate.short_test, colour_class(m.candidate.long_test), x, y, title);
     }
     return svg;
 }
 
 std::string recommended_ring(const Report& report, const Axes& axes, float radius) {
     for (const tune::Recommendation& recommendation : report.by_radius) {
-        if (!recommendation.choice || recommendation.choice->candidate.radius != radius)
+        if (!recommendation.choice || tune::radius_of(recommendation.choice->candidate) != radius)
             continue;
         const tune::Measurement& m = *recommendation.choice;
         return format("<circle class=\"ring\" cx=\"%.1f\" cy=\"%.1f\" r=\"11\"/>",
@@ -259,7 +270,9 @@ std::string megabytes_text(double bytes) {
 
 std::string time_error_plot(const Report& report, float radius) {
     const Axes axes = axes_of(report);
-    const std::string name = "Time and error of the candidates with radius " + tune::detail::shortest(radius);
+    const std::string name =
+        radius == 0.0f ? "Time and error of the caches"
+                       : "Time and error of the candidates with radius " + tune::shortest_text(radius);
     return format("<svg class=\"plot\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"%s\">", width,
                   height, name.c_str()) +
            grid_lines(axes) + axis_titles(report) + hard_shadow_line(report, axes) +
@@ -280,10 +293,13 @@ std::string plot_legend(const Report& report) {
          {tune::LongTest::rays, tune::LongTest::shadow_maps, tune::LongTest::refined_shadow_maps,
           tune::LongTest::shadow_volumes})
         if (std::ranges::any_of(report.tuning.measurements, [&](const tune::Measurement& m) {
-                return m.candidate.long_test == long_test;
+                return !tune::is_cache(m.candidate) && m.candidate.long_test == long_test;
             }))
             add(shape(lightmesh::ShortTest::linked, colour_class(long_test), 12.0, 12.0, ""),
                 "long test " + std::string(tune::name_of(long_test)));
+    if (std::ranges::any_of(report.tuning.measurements,
+                            [](const tune::Measurement& m) { return tune::is_cache(m.candidate); }))
+        add(cache_shape(12.0, 12.0, ""), "visibility cache");
     add("<polyline class=\"frontier\" points=\"2,6 12,16 22,19\"/>",
         "frontier: nothing beats both time and error");
     add("<circle class=\"ring\" cx=\"12\" cy=\"12\" r=\"9\"/>", "recommended");

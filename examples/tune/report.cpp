@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "tune/report.hpp"
 
+#include "render/lamps.hpp"
 #include "render/machine.hpp"
 #include "render/text_table.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace demo {
 
@@ -16,6 +18,7 @@ describe_context(const EmbreeScene& scene, const ShadingPoints& samples, const T
         {"scene", scene.scene().name},
         {"triangles", grouped(scene.scene().triangles.size())},
         {"lights", grouped(scene.scene().lights.size())},
+        {"lamp radius", lamp_size_text(lamps_of(scene, lamp_options(scene, options)))},
         {"frame", std::to_string(options.render.width) + " x " + std::to_string(options.render.height)},
         {"points per frame", grouped(samples.all_positions.size())},
         {"points measured", grouped(samples.positions.size())},
@@ -29,8 +32,8 @@ describe_context(const EmbreeScene& scene, const ShadingPoints& samples, const T
 std::vector<float> radii_of(const Report& report) {
     std::vector<float> radii;
     for (const tune::Measurement& m : report.tuning.measurements)
-        if (std::ranges::find(radii, m.candidate.radius) == radii.end())
-            radii.push_back(m.candidate.radius);
+        if (std::ranges::find(radii, tune::radius_of(m.candidate)) == radii.end())
+            radii.push_back(tune::radius_of(m.candidate));
     return radii;
 }
 
@@ -42,9 +45,13 @@ void judge(Report& report) {
     wishes.radius = report.tuning.middle_radius;
     report.recommended = tune::recommend(measurements, wishes);
     report.by_radius.clear();
+    wishes.radius.reset();
     for (const float radius : radii_of(report)) {
-        wishes.radius = radius;
-        report.by_radius.push_back(tune::recommend(measurements, wishes));
+        std::vector<tune::Measurement> of_radius;
+        std::ranges::copy_if(
+            measurements, std::back_inserter(of_radius),
+            [radius](const tune::Measurement& m) { return tune::radius_of(m.candidate) == radius; });
+        report.by_radius.push_back(tune::recommend(of_radius, wishes));
     }
 }
 

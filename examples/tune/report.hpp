@@ -26,9 +26,10 @@ struct Report {
     int threads = 1;  ///< that a frame is shared among
     lightmesh::tune::Wishes wishes;
     Tuning tuning;
-    lightmesh::tune::Recommendation recommended;             ///< for the middle radius
-    std::vector<lightmesh::tune::Recommendation> by_radius;  ///< for all radii, in their order
-    std::vector<std::size_t> frontier;                       ///< of all radii: places in the measurements
+    lightmesh::tune::Recommendation recommended;  ///< a mesh of the middle radius, or a cache
+    /// Of each radius its mesh, in their order; and the cache.
+    std::vector<lightmesh::tune::Recommendation> by_radius;
+    std::vector<std::size_t> frontier;  ///< of all radii and of caches: indices of the measurements
 };
 
 /// Scene, samples and machine.
@@ -38,7 +39,7 @@ describe_context(const EmbreeScene& scene, const ShadingPoints& samples, const T
 /// Adds recommendations and frontier.
 void judge(Report& report);
 
-/// The radii of the measurements, in their order.
+/// The radii of the measurements, in their order; 0 for caches.
 std::vector<float> radii_of(const Report& report);
 
 /// For scripts. Numbers that are not finite become null.

@@ -16,7 +16,7 @@ namespace tune = lightmesh::tune;
 
 namespace {
 
-using tune::detail::shortest;
+using tune::shortest_text;
 
 bool is_chosen(const Report& report, const tune::Candidate& candidate) {
     return report.recommended.choice && report.recommended.choice->candidate == candidate;
@@ -63,6 +63,8 @@ std::string figures(const Report& report, const tune::Measurement& m) {
     const std::string threads =
         report.threads == 1 ? "1 thread" : std::to_string(report.threads) + " threads";
     add(percent_text(m.mean_absolute_error), "mean absolute error");
+    if (!tune::is_cache(m.candidate))
+        add(percent_text(m.lamp_error), "the same to lamps");
     add(seconds_text(frame_seconds(report, m, tune::Frame::first)), "first frame, " + threads);
     add(seconds_text(frame_seconds(report, m, tune::Frame::later)), "later frames, " + threads);
     add(seconds_text(1e-9 * m.warm_ns_per_point), "per point and thread, later frames");
@@ -81,13 +83,16 @@ std::string advice_section(const Report& report) {
             html += "<p>With a <code>DepthRenderer</code> as the mesh's second argument.</p>";
         if (recommended.choice->candidate.long_test == tune::LongTest::shadow_volumes)
             html += "<p>With <code>Occluders</code> as the mesh's second argument.</p>";
+        if (tune::is_cache(recommended.choice->candidate))
+            html += "<p>For a <code>VisibilityCache</code>, with lamps of their sizes.</p>";
         html += figures(report, *recommended.choice);
     }
-    html += "<p>" + escaped(recommended.reason) +
-            "</p><p class=\"soft\">Asked for: " + wishes_text(report.wishes) + "; " +
-            (report.wishes.frame == tune::Frame::first ? "for a first frame, which fills the mesh."
-                                                       : "for later frames, which find the mesh filled.") +
-            " Times are of shadows alone; those of frames are estimated from the samples.</p></section>";
+    html +=
+        "<p>" + escaped(recommended.reason) +
+        "</p><p class=\"soft\">Asked for: " + wishes_text(report.wishes) + "; " +
+        (report.wishes.frame == tune::Frame::first ? "for a first frame, which fills mesh or cache."
+                                                   : "for later frames, which find mesh or cache filled.") +
+        " Times are of shadows alone; those of frames are estimated from the samples.</p></section>";
     return html;
 }
 
@@ -101,7 +106,7 @@ std::string picture_figure(const Report& report, const ReportPictures& pictures,
                            const CandidatePicture& shown, bool name_radius) {
     const tune::Measurement& m = shown.measurement;
     std::string name = tune::describe(m.candidate);
-    if (!name_radius)
+    if (!name_radius && !tune::is_cache(m.candidate))
         name.erase(0, name.find(", ") + 2);
     const bool chosen = is_chosen(report, m.candidate);
     std::string html = chosen ? "<figure class=\"chosen\">" : "<figure>";
@@ -120,9 +125,9 @@ std::string radius_section(const Report& report, const ReportPictures& pictures)
     if (pictures.radii.empty())
         return {};
     std::string html =
-        "<section><h2>The radius is a matter of taste</h2><p>It is the width of the blur: the greater, "
-        "the softer the shadows, and the cheaper the mesh to fill. Each radius with the settings that "
-        "are recommended for it:</p><div class=\"strip\">";
+        "<section><h2>Which shadows?</h2><p>A light mesh blurs all shadows by its radius: the greater, the "
+        "softer, and the cheaper to fill. A visibility cache shows the penumbrae of the lamps, sharp where "
+        "things touch. Each with the settings that are recommended for it:</p><div class=\"strip\">";
     for (const CandidatePicture& shown : pictures.radii)
         html += picture_figure(report, pictures, shown, true);
     return html + "</div></section>";
@@ -131,7 +136,7 @@ std::string radius_section(const Report& report, const ReportPictures& pictures)
 std::string frontier_section(const Report& report, const ReportPictures& pictures) {
     std::ostringstream html;
     html << "<section><h2>Faster, or more exact</h2><p>The candidates of radius "
-         << shortest(report.tuning.middle_radius) << " that nothing beats in both time and error";
+         << shortest_text(report.tuning.middle_radius) << " that nothing beats in both time and error";
     if (pictures.frontier.size() < pictures.frontier_size)
         html << " (" << pictures.frontier.size() << " of " << pictures.frontier_size << ")";
     html << ", the fastest first; with each picture its difference to the reference, "
@@ -148,13 +153,14 @@ std::string frontier_section(const Report& report, const ReportPictures& picture
 
 std::string plot_section(const Report& report) {
     std::string html =
-        "<section><h2>Time and error</h2><p>Every candidate, each held against a converged mesh of its "
-        "own radius. Down is more exact, left is faster; both axes are logarithmic. Texts give q "
-        "along the frontier.</p>" +
+        "<section><h2>Time and error</h2><p>Every candidate: meshes held against a converged one of their "
+        "own radius, caches against lamps of 256 rays. Down is more exact, left is faster; both axes are "
+        "logarithmic. Texts give q "
+        "or g along the frontier.</p>" +
         plot_legend(report) + "<div class=\"plots\">";
     for (const float radius : radii_of(report))
-        html += "<section><h3>Radius " + shortest(radius) + "</h3>" + time_error_plot(report, radius) +
-                "</section>";
+        html += "<section><h3>" + (radius == 0.0f ? "Caches" : "Radius " + shortest_text(radius)) + "</h3>" +
+                time_error_plot(report, radius) + "</section>";
     return html + "</div></section>";
 }
 
@@ -189,11 +195,11 @@ std::string table_head(const Report& report) {
     return "<thead><tr>" + header_cell("Verdict", "", false) + header_cell("r", "", true) +
            header_cell("q", "", true) + header_cell("Short test", "", false) +
            header_cell("Long test", "", false) + header_cell("Error", "mean abs., %", true) +
-           header_cell("Error", "RMS, %", true) + header_cell("First frame", wall, true) +
-           header_cell("Later frame", wall, true) + header_cell("First", "ns a point", true) +
-           header_cell("Later", "ns a point", true) + header_cell("Rays", "a point", true) +
-           header_cell("Light points", "thousands", true) + header_cell("Memory", "MB", true) +
-           "</tr></thead>";
+           header_cell("Error", "RMS, %", true) + header_cell("To lamps", "mean abs., %", true) +
+           header_cell("First frame", wall, true) + header_cell("Later frame", wall, true) +
+           header_cell("First", "ns a point", true) + header_cell("Later", "ns a point", true) +
+           header_cell("Rays", "a point", true) + header_cell("Light points, records", "thousands", true) +
+           header_cell("Memory", "MB", true) + "</tr></thead>";
 }
 
 /// Three digits, so that a column can be compared at a glance; all of those before the point.
@@ -211,18 +217,25 @@ std::string table_row(const Report& report, std::size_t i) {
     const auto number = [](double value) {
         return cell(digits(value), value);
     };
+    const auto setting = [](float value) {
+        return value == 0.0f ? cell("", 0.0) : cell(shortest_text(value), static_cast<double>(value));
+    };
+    const bool is_cache = tune::is_cache(m.candidate);
+    std::string short_test = tune::name_of(m.candidate.short_test);
     std::string long_test = tune::name_of(m.candidate.long_test);
-    if (tune::uses_shadow_maps(m.candidate.long_test))
+    if (is_cache) {
+        const std::string name = tune::describe(m.candidate);
+        short_test = "cache";
+        long_test = name.substr(name.find(", ") + 2);
+    } else if (tune::uses_shadow_maps(m.candidate.long_test))
         long_test += " " + std::to_string(m.candidate.shadow_map_size);
     return std::string(chosen        ? "<tr class=\"chosen\">"
                        : on_frontier ? "<tr class=\"on-frontier\">"
                                      : "<tr>") +
-           verdict_cell(chosen, on_frontier) +
-           cell(shortest(m.candidate.radius), static_cast<double>(m.candidate.radius)) +
-           cell(shortest(m.candidate.quality), static_cast<double>(m.candidate.quality)) +
-           text_cell(tune::name_of(m.candidate.short_test)) + text_cell(long_test) +
+           verdict_cell(chosen, on_frontier) + setting(tune::radius_of(m.candidate)) +
+           setting(is_cache ? 0.0f : m.candidate.quality) + text_cell(short_test) + text_cell(long_test) +
            number(100.0 * m.mean_absolute_error) + number(100.0 * m.rms_error) +
-           number(frame_seconds(report, m, tune::Frame::first)) +
+           number(100.0 * m.lamp_error) + number(frame_seconds(report, m, tune::Frame::first)) +
            number(frame_seconds(report, m, tune::Frame::later)) +
            number(tune::ns_per_point(m, tune::Frame::first)) +
            number(tune::ns_per_point(m, tune::Frame::later)) + number(m.short_rays_per_point) +
@@ -232,7 +245,8 @@ std::string table_row(const Report& report, std::size_t i) {
 std::string table_section(const Report& report) {
     std::string html =
         "<section><h2>All candidates</h2><p>Press a heading to sort by it. Blue rows are the frontier of "
-        "their radius; light points and memory are those of a frame.</p><div class=\"scroll\" tabindex=\"0\" "
+        "their radius; light points, records and memory are those of a frame.</p><div class=\"scroll\" "
+        "tabindex=\"0\" "
         "role=\"region\" "
         "aria-label=\"All candidates\"><table>" +
         table_head(report) + "<tbody>\n";
@@ -245,10 +259,15 @@ std::string reference_text(const Report& report) {
     std::string text;
     for (const float radius : radii_of(report)) {
         const auto m = std::ranges::find_if(report.tuning.measurements, [&](const tune::Measurement& one) {
-            return one.candidate.radius == radius;
+            return tune::radius_of(one.candidate) == radius;
         });
         const tune::Convergence& reference = m->reference;
-        text += "<li>Radius " + shortest(radius) + ": q " + shortest(reference.quality) + ", " +
+        if (radius == 0.0f) {
+            text += "<li>Caches: lamps of 256 rays; half of them differ by " +
+                    percent_text(reference.change) + ".</li>";
+            continue;
+        }
+        text += "<li>Radius " + shortest_text(radius) + ": q " + shortest_text(reference.quality) + ", " +
                 (reference.converged ? "converged: " : "not converged before the limit of q: ") +
                 "half of it differs by " + percent_text(reference.change) + ".</li>";
     }
@@ -258,9 +277,9 @@ std::string reference_text(const Report& report) {
 std::string facts_section(const Report& report) {
     std::string html =
         "<section><h2>How this was measured</h2><p>With runs of neighbouring shading points of the "
-        "view, each candidate in a mesh of its own on one thread: once empty, then filled until the "
-        "time is steady. Errors are those of S, from 0 to 1, to an exact mesh of the same radius with "
-        "so high a q that half of it differs by less than 0.1 %:</p>" +
+        "view, each candidate in a mesh or cache of its own on one thread: once empty, then filled until the "
+        "time is steady. Errors are those of S, from 0 to 1: of caches to lamps of 256 rays, of meshes to an "
+        "exact mesh of the same radius with so high a q that half of it differs by less than 0.1 %:</p>" +
         reference_text(report);
     if (const auto& advice = report.tuning.advice)
         html +=
@@ -277,7 +296,7 @@ std::string facts_section(const Report& report) {
 }  // namespace
 
 std::string to_html(const Report& report, const std::optional<ReportPictures>& pictures) {
-    const std::string title = "Light mesh settings for " + report.scene;
+    const std::string title = "Shadow settings for " + report.scene;
     std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
                        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
                        // Keeps browsers from asking for a file that is not there.

@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Of this file's layout.
-constexpr int format = 1;
+constexpr int format = 2;
 
 constexpr std::array short_tests{lightmesh::ShortTest::none, lightmesh::ShortTest::linked,
                                  lightmesh::ShortTest::exact};
@@ -28,7 +28,7 @@ constexpr std::array long_tests{tune::LongTest::rays, tune::LongTest::shadow_map
 
 /// 0.3f as 0.3: the double that is nearest to the shortest text of the float gives the same float again.
 double readable(float value) {
-    return std::strtod(tune::detail::shortest(value).c_str(), nullptr);
+    return std::strtod(tune::shortest_text(value).c_str(), nullptr);
 }
 
 template <class Value, class Values>
@@ -44,13 +44,21 @@ Json to_json_value(const tune::Candidate& c) {
             {"quality", readable(c.quality)},
             {"short_test", tune::name_of(c.short_test)},
             {"long_test", tune::name_of(c.long_test)},
-            {"shadow_map_size", c.shadow_map_size}};
+            {"shadow_map_size", c.shadow_map_size},
+            {"spacing", readable(c.spacing)},
+            {"detail", c.detail},
+            {"lamp_rays", c.lamp_rays}};
 }
 
 tune::Candidate candidate_from(const Json& json) {
-    return {json.at("radius").get<float>(), json.at("quality").get<float>(),
+    return {json.at("radius").get<float>(),
+            json.at("quality").get<float>(),
             named<lightmesh::ShortTest>(json.at("short_test"), short_tests),
-            named<tune::LongTest>(json.at("long_test"), long_tests), json.at("shadow_map_size").get<int>()};
+            named<tune::LongTest>(json.at("long_test"), long_tests),
+            json.at("shadow_map_size").get<int>(),
+            json.at("spacing").get<float>(),
+            json.at("detail").get<int>(),
+            json.at("lamp_rays").get<int>()};
 }
 
 /// Calls visit(name, member) for all members of a measurement but candidate, reference and frame.
@@ -68,6 +76,7 @@ void for_each_number(Measurement& m, Visitor&& visit) {
     visit("bytes", m.bytes);
     visit("mean_absolute_error", m.mean_absolute_error);
     visit("rms_error", m.rms_error);
+    visit("lamp_error", m.lamp_error);
 }
 
 template <class Measurement, class Visitor>

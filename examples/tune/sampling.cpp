@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <mutex>
-#include <numeric>
+#include <span>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 namespace demo {
@@ -16,53 +17,53 @@ namespace {
 
 constexpr std::size_t run_length = 64;
 
-/// Points that follow each other in the picture, and a random number to choose them by.
-struct PointRun {
+/// The points of one query, which follow each other in the picture, and a random number to choose them by.
+struct Tile {
     std::uint32_t seed;
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
+    std::vector<float> footprints;
+
+    /// Of the run that is a sample.
+    std::size_t run_size() const { return (std::min)(positions.size(), run_length); }
+    std::size_t run_start() const { return seed % (positions.size() - run_size() + 1); }
 };
 
-/// Lets everything be lit, and keeps all points, and a run of each tile's.
+/// Lets everything be lit, and keeps all points.
 class Recorder final : public Visibility {
 public:
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost&) const override {
         std::ranges::fill(lit, 1.0f);
-        const std::size_t count = points.positions.size();
-        if (count == 0)
+        if (points.positions.empty())
             return;
-        const std::uint32_t seed = points.seeds.front();
-        const std::size_t length = (std::min)(count, run_length);
-        const std::size_t first = seed % (count - length + 1);
-        const auto copy = [&](std::span<const glm::vec3> all) {
-            const auto part = all.subspan(first, length);
-            return std::vector<glm::vec3>(part.begin(), part.end());
-        };
-        PointRun run{seed, copy(points.positions), copy(points.normals)};
+        Tile tile{points.seeds.front(),
+                  {points.positions.begin(), points.positions.end()},
+                  {points.normals.begin(), points.normals.end()},
+                  {points.footprints.begin(), points.footprints.end()}};
         const std::lock_guard lock(mutex_);
-        positions_.insert(positions_.end(), points.positions.begin(), points.positions.end());
-        normals_.insert(normals_.end(), points.normals.begin(), points.normals.end());
-        runs_.push_back(std::move(run));
+        tiles_.push_back(std::move(tile));
     }
 
-    std::vector<glm::vec3> take_positions() { return std::move(positions_); }
-    std::vector<glm::vec3> take_normals() { return std::move(normals_); }
-
     /// Full runs before shorter ones, and random ones before others: in an order that no thread had a say in.
-    std::vector<PointRun> take_sorted() {
-        std::ranges::sort(runs_, [](const PointRun& a, const PointRun& b) {
-            return std::tuple(b.positions.size(), a.seed, a.positions.front().x, a.positions.front().y) <
-                   std::tuple(a.positions.size(), b.seed, b.positions.front().x, b.positions.front().y);
+    std::vector<Tile> take_sorted() {
+        std::ranges::sort(tiles_, [](const Tile& a, const Tile& b) {
+            return std::tuple(b.run_size(), a.seed, a.positions.front().x, a.positions.front().y) <
+                   std::tuple(a.run_size(), b.seed, b.positions.front().x, b.positions.front().y);
         });
-        return std::move(runs_);
+        return std::move(tiles_);
     }
 
 private:
     mutable std::mutex mutex_;
-    mutable std::vector<glm::vec3> positions_;
-    mutable std::vector<glm::vec3> normals_;
-    mutable std::vector<PointRun> runs_;
+    mutable std::vector<Tile> tiles_;
 };
+
+/// Adds `size` values from the `first` on.
+template <class Value>
+void append(const std::vector<Value>& from, std::size_t first, std::size_t size, std::vector<Value>& to) {
+    const auto start = from.begin() + static_cast<std::ptrdiff_t>(first);
+    to.insert(to.end(), start, start + static_cast<std::ptrdiff_t>(size));
+}
 
 }  // namespace
 
@@ -74,13 +75,16 @@ ShadingPoints sample_shading_points(const EmbreeScene& scene, const RenderOption
     if (!statistics.finished)
         throw std::runtime_error("interrupted");
     ShadingPoints samples;
-    samples.all_positions = recorder.take_positions();
-    samples.all_normals = recorder.take_normals();
-    for (const PointRun& run : recorder.take_sorted()) {
+    for (const Tile& tile : recorder.take_sorted()) {
+        const std::size_t all = tile.positions.size();
+        append(tile.positions, 0, all, samples.all_positions);
+        append(tile.normals, 0, all, samples.all_normals);
+        append(tile.footprints, 0, all, samples.all_footprints);
         if (samples.positions.size() >= count)
-            break;
-        samples.positions.insert(samples.positions.end(), run.positions.begin(), run.positions.end());
-        samples.normals.insert(samples.normals.end(), run.normals.begin(), run.normals.end());
+            continue;
+        append(tile.positions, tile.run_start(), tile.run_size(), samples.positions);
+        append(tile.normals, tile.run_start(), tile.run_size(), samples.normals);
+        append(tile.footprints, tile.run_start(), tile.run_size(), samples.footprints);
     }
     if (samples.positions.empty())
         throw std::runtime_error("the camera sees no surface of the scene");

@@ -15,9 +15,11 @@ namespace demo {
 struct ShadingPoints {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;  ///< geometric
-    // All that the renderer asks for, mirrored ones included; in an order that threads have a say in.
+    std::vector<float> footprints;
+    // All that the renderer asks for, mirrored ones included.
     std::vector<glm::vec3> all_positions;
     std::vector<glm::vec3> all_normals;
+    std::vector<float> all_footprints;
 };
 
 /// Some of the points where `render` asks for visibility: about `count`, in runs of 64 that follow each other

@@ -2,6 +2,7 @@
 #include "tune/tuning.hpp"
 
 #include "render/depth_renderers.hpp"
+#include "render/lamps.hpp"
 #include "render/machine.hpp"
 #include "render/scene_occluders.hpp"
 #include "render/terminal.hpp"
@@ -61,7 +62,8 @@ void print_forecast(const tune::Forecast& forecast, std::size_t measured) {
         return;
     std::cout << all.size() << (all.size() == 1 ? " candidate" : " candidates")
               << " to measure, each predicted to hold "
-              << range_text(all, light_points_text, &tune::Prediction::light_points) << " light points in "
+              << range_text(all, light_points_text, &tune::Prediction::light_points)
+              << " light points or records in "
               << range_text(all, prediction_bytes_text, &tune::Prediction::bytes) << "\n"
               << "predicted time: about " << fixed(forecast.seconds, 0)
               << " s, references included; Ctrl-C keeps what is done\n"
@@ -114,7 +116,10 @@ void choose_radii(const Subject& subject, const TuneOptions& options, Tuning& tu
     std::cout << "radius: " << tuning.advice->shadowed << " of " << tuning.advice->pairs
               << " points and lights are in shadow; lamps of " << options.lamp_angle
               << " rad would throw penumbrae " << fixed(tuning.advice->penumbra_width, 2)
-              << " wide: r = " << tune::detail::shortest(tuning.middle_radius) << "\n";
+              << " wide: r = " << tune::shortest_text(tuning.middle_radius) << "\n";
+    if (tuning.advice->shadowed == 0)
+        std::cout << "warning: nothing that this view shows was found in shadow: the radius is a guess, and "
+                     "errors say little; --radius sets another one\n";
 }
 
 template <class Subject>
@@ -169,13 +174,22 @@ bool wants_maps(const TuneOptions& options) {
 
 }  // namespace
 
+VisibilityOptions lamp_options(const EmbreeScene& scene, const TuneOptions& options) {
+    VisibilityOptions visibility = options.visibility;
+    visibility.settings.radius = scene.scene().radius;
+    return visibility;
+}
+
 Tuning tune_scene(const EmbreeScene& scene, const ShadingPoints& samples, const TuneOptions& options,
                   std::span<const tune::Measurement> done, const std::function<void(const Tuning&)>& save) {
-    const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
+    const std::vector<lightmesh::Light> lights = lamps_of(scene, lamp_options(scene, options));
+    std::cout << "lamp radius: " << lamp_size_text(lights) << '\n';
     const tune::Samples points{.points = samples.positions,
                                .normals = samples.normals,
                                .frame_points = samples.all_positions,
-                               .frame_normals = samples.all_normals};
+                               .frame_normals = samples.all_normals,
+                               .footprints = samples.footprints,
+                               .frame_footprints = samples.all_footprints};
     const SceneOccluders triangles(scene.scene());
     if (!wants_maps(options))
         return tune_subject(tune::Subject{scene.intersector(), lights, points, triangles}, options, done,

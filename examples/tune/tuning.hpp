@@ -16,13 +16,16 @@ namespace demo {
 
 /// What is known after a while, or in the end.
 struct Tuning {
-    float middle_radius = 0.0f;                           ///< what recommendations are for
+    float middle_radius = 0.0f;                           ///< of the mesh that is recommended
     std::optional<lightmesh::tune::RadiusAdvice> advice;  ///< unless the user gave radii
     double shadow_ray_ns_per_point = 0.0;                 ///< hard shadows, one ray per facing light
     double forecast_seconds = 0.0;
     std::vector<lightmesh::tune::Measurement> measurements;
     bool finished = false;
 };
+
+/// What `lamps_of` needs to give lamps the sizes that `lightmesh-render` gives them by default.
+VisibilityOptions lamp_options(const EmbreeScene& scene, const TuneOptions& options);
 
 /// Predicts, says so on the screen, and measures with a progress bar until all is done or Ctrl-C is pressed.
 /// `done` is what an earlier run has found; `save` is called whenever there is something new.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/tune/candidate.hpp>
+#include <lightmesh/tune/lamp_reference.hpp>
 #include <lightmesh/tune/measure.hpp>
 #include <lightmesh/tune/options.hpp>
 #include <lightmesh/tune/predict.hpp>
@@ -16,12 +17,14 @@
 #include <stdexcept>
 #include <vector>
 
-/// Which radius, which quality, which tests? Measured with the user's own tracer, lights and shading points,
-/// since what a ray costs decides. Not part of `lightmesh.hpp`.
+/// A light mesh of which radius, quality and tests? Or a visibility cache, of which spacing, detail and
+/// number of rays? Measured with the user's own tracer, lights and shading points, since what a ray costs
+/// decides. Not part of `lightmesh.hpp`.
 ///
 ///     using namespace lightmesh;
 ///     tune::Subject subject{Tracer{...}, lights, tune::Samples{points, normals, points_per_frame}};
-///     const auto candidates = tune::make_candidates({.radii = tune::suggest_radii(subject).radii});
+///     const tune::RadiusAdvice r = tune::suggest_radii(subject);
+///     const auto candidates = tune::make_candidates({.radii = r.radii, .spacings = {0.25f * r.radius}});
 ///     const tune::Forecast forecast = tune::predict(subject, candidates);        // how long will it take?
 ///     const tune::Outcome outcome = tune::run(subject, candidates);
 ///     const auto advice = tune::recommend(outcome.measurements, {.seconds_per_frame = 0.5, .threads = 8});
@@ -49,18 +52,19 @@ inline std::vector<Candidate> unique_candidates(std::span<const Candidate> candi
     return unique;
 }
 
+/// As they first appear; caches have 0.
 inline std::vector<float> radii_of(std::span<const Candidate> candidates) {
     std::vector<float> radii;
     for (const Candidate& candidate : candidates)
-        if (std::find(radii.begin(), radii.end(), candidate.radius) == radii.end())
-            radii.push_back(candidate.radius);
+        if (std::find(radii.begin(), radii.end(), radius_of(candidate)) == radii.end())
+            radii.push_back(radius_of(candidate));
     return radii;
 }
 
 inline float largest_quality(std::span<const Candidate> candidates, float radius) {
     float largest = 1.0f;
     for (const Candidate& candidate : candidates)
-        if (candidate.radius == radius)
+        if (!is_cache(candidate) && candidate.radius == radius)
             largest = (std::max)(largest, candidate.quality);
     return largest;
 }
@@ -74,35 +78,83 @@ void check_all(const Subject<Adapters...>& subject, std::span<const Candidate> c
         subject.check(candidate, options.base);
 }
 
-/// Measures the candidates of one radius that are not measured yet, and adds them. Throws `Cancelled`.
+/// Measures candidates radius by radius, caches by themselves, and adds them to what is measured already.
 template <class... Adapters>
-void run_radius(const Subject<Adapters...>& subject, std::span<const Candidate> candidates, float radius,
-                const Options& options, Reporter& reporter, std::vector<Measurement>& measured) {
-    std::vector<Candidate> missing;
-    for (const Candidate& candidate : candidates)
-        if (candidate.radius == radius &&
-            std::ranges::find(measured, candidate, &Measurement::candidate) == measured.end())
-            missing.push_back(candidate);
-    if (missing.empty())
-        return;
-    reporter.progress.task = "r " + shortest(radius) + ", reference";
-    reporter.report();
-    const Reference reference(subject, radius, largest_quality(candidates, radius), options, reporter);
-    Candidate sparse = missing.front();
-    // Few light points to count, and yet enough to a hemisphere.
-    sparse.quality = (std::min)(largest_quality(candidates, radius), 2.0f);
-    const double growth =
-        frame_growth(subject.lights(), subject.samples(), settings_of(sparse, options.base));
-    for (const Candidate& candidate : missing) {
-        reporter.progress.task = describe(candidate);
-        reporter.report();
-        measured.push_back(measure(subject, candidate, reference, growth, options, reporter));
-        ++reporter.progress.done;
-        reporter.progress.latest = &measured.back();
-        reporter.report();
-        reporter.progress.latest = nullptr;
+class Runner {
+public:
+    /// Computes nothing yet. `measured` has what is done before.
+    Runner(const Subject<Adapters...>& subject, std::span<const Candidate> candidates, const Options& options,
+           Reporter& reporter, std::vector<Measurement>& measured)
+        : subject_(subject), candidates_(candidates), options_(options), reporter_(reporter),
+          measured_(measured) {}
+
+    /// Throws `Cancelled`.
+    void run() {
+        if (std::ranges::all_of(candidates_, [this](const Candidate& c) { return is_measured(c); }))
+            return;
+        const ErrorPoints points(subject_, options_.reference_points);
+        begin_task("rays to lamps");
+        const LampReference lamps(points, subject_, options_, reporter_);
+        for (const float radius : radii_of(candidates_)) {
+            std::vector<Candidate> missing;
+            for (const Candidate& candidate : candidates_)
+                if (radius_of(candidate) == radius && !is_measured(candidate))
+                    missing.push_back(candidate);
+            if (missing.empty())
+                continue;
+            if (is_cache(missing.front()))
+                run_caches(missing, {points, lamps, nullptr});
+            else
+                run_meshes(missing, radius, points, lamps);
+        }
     }
-}
+
+private:
+    bool is_measured(const Candidate& candidate) const {
+        return std::ranges::find(measured_, candidate, &Measurement::candidate) != measured_.end();
+    }
+
+    void begin_task(const std::string& task) {
+        reporter_.progress.task = task;
+        reporter_.report();
+    }
+
+    void run_meshes(std::span<const Candidate> missing, float radius, const ErrorPoints& points,
+                    const LampReference& lamps) {
+        begin_task("r " + shortest_text(radius) + ", reference");
+        const float quality = largest_quality(candidates_, radius);
+        const Reference reference(points, subject_, radius, quality, options_, reporter_);
+        Candidate sparse = missing.front();
+        // Few light points to count, and yet enough to a hemisphere.
+        sparse.quality = (std::min)(quality, 2.0f);
+        const double growth =
+            frame_growth(subject_.lights(), subject_.samples(), settings_of(sparse, options_.base));
+        for (const Candidate& candidate : missing)
+            add(candidate, {points, lamps, &reference}, growth);
+    }
+
+    void run_caches(std::span<const Candidate> missing, const References& references) {
+        for (const Candidate& candidate : missing) {
+            begin_task(describe(candidate));
+            add(candidate, references, record_growth(subject_, candidate, reporter_));
+        }
+    }
+
+    void add(const Candidate& candidate, const References& references, double growth) {
+        begin_task(describe(candidate));
+        measured_.push_back(measure(subject_, candidate, references, growth, options_, reporter_));
+        ++reporter_.progress.done;
+        reporter_.progress.latest = &measured_.back();
+        reporter_.report();
+        reporter_.progress.latest = nullptr;
+    }
+
+    const Subject<Adapters...>& subject_;
+    std::span<const Candidate> candidates_;
+    const Options& options_;
+    Reporter& reporter_;
+    std::vector<Measurement>& measured_;
+};
 
 /// The measurements of the candidates, in their order.
 inline std::vector<Measurement> in_order(std::span<const Candidate> candidates,
@@ -121,7 +173,7 @@ inline std::vector<Measurement> in_order(std::span<const Candidate> candidates,
 /// What `run` will take for these candidates. It runs a pilot: four blocks of the samples with each short and
 /// each long test, and a mesh in empty space for each radius and quality. Light points and bytes follow from
 /// the latter (above q = 4 by q^3); seconds from the former, as a power of q. The reference is assumed to
-/// converge at the first try.
+/// converge at the first try. Each cache has a pilot of its own.
 ///
 /// Throws what `run` throws, and std::runtime_error if `progress` returns false: then there is no forecast.
 template <class... Adapters>
@@ -141,9 +193,11 @@ Forecast predict(const Subject<Adapters...>& subject, std::span<const Candidate>
             forecast.seconds += forecast.candidates.back().seconds;
             ++reporter.progress.done;
         }
+        forecast.reference_seconds = predictor.lamp_reference_seconds();
         for (const float radius : detail::radii_of(candidates))
-            forecast.reference_seconds +=
-                predictor.reference_seconds(radius, detail::largest_quality(candidates, radius));
+            if (radius > 0.0f)
+                forecast.reference_seconds +=
+                    predictor.reference_seconds(radius, detail::largest_quality(candidates, radius));
     } catch (const detail::Cancelled&) {
         throw std::runtime_error("lightmesh: the prediction was cancelled");
     }
@@ -155,8 +209,10 @@ Forecast predict(const Subject<Adapters...>& subject, std::span<const Candidate>
 /// outcome, or what its callback was shown) to take it up again. A measurement belongs to a candidate if the
 /// settings are equal; that subject and options are the same is the caller's business.
 ///
-/// Radius by radius: errors are held against a reference of the same radius, since a radius is a wish and not
-/// an error. Candidates that appear twice are measured once. Exceptions of the adapters are passed on.
+/// Radius by radius: errors of meshes are held against a reference of the same radius, since a radius is a
+/// wish and not an error; those of caches against lamps of 256 rays, and so are those of meshes besides. Give
+/// lights their sizes, or the lamps are points. Candidates that appear twice are measured once. Exceptions of
+/// the adapters are passed on.
 ///
 /// Throws std::invalid_argument that names the value for options and candidates out of range, and for a
 /// candidate that wants a source that the subject does not have; std::out_of_range for samples outside a
@@ -173,8 +229,7 @@ Outcome run(const Subject<Adapters...>& subject, std::span<const Candidate> cand
     reporter.progress.total = wanted.size();
     Outcome outcome;
     try {
-        for (const float radius : detail::radii_of(wanted))
-            detail::run_radius(subject, wanted, radius, options, reporter, measured);
+        detail::Runner(subject, wanted, options, reporter, measured).run();
     } catch (const detail::Cancelled&) {
         outcome.finished = false;
     }

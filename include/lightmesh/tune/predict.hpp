@@ -2,8 +2,10 @@
 #pragma once
 
 #include <lightmesh/lights.hpp>
+#include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/frame_growth.hpp>
+#include <lightmesh/tune/lamp_reference.hpp>
 #include <lightmesh/tune/measure.hpp>
 #include <lightmesh/tune/options.hpp>
 #include <lightmesh/tune/subject.hpp>
@@ -24,16 +26,17 @@ namespace lightmesh::tune {
 /// What measuring a candidate is expected to take, within a factor of about two: for a progress bar, and for
 /// deciding whether to start at all.
 struct Prediction {
-    Candidate candidate;        ///< what is going to be measured
-    double light_points = 0.0;  ///< an upper bound for `linked`, which leaves out what is behind walls
-    double bytes = 0.0;         ///< while it is measured; everything is freed afterwards
-    double seconds = 0.0;       ///< to measure it
+    Candidate candidate;  ///< what is going to be measured
+    /// Of a cache: records. An upper bound for `linked`, which leaves out what is behind walls.
+    double light_points = 0.0;
+    double bytes = 0.0;    ///< while it is measured; everything is freed afterwards
+    double seconds = 0.0;  ///< to measure it
 };
 
 /// What a run is expected to take.
 struct Forecast {
     std::vector<Prediction> candidates;  ///< in the order of the candidates
-    double reference_seconds = 0.0;      ///< for the references of all radii, on the executor's threads
+    double reference_seconds = 0.0;      ///< for all references, on the executor's threads
     double seconds = 0.0;                ///< for everything
 };
 
@@ -66,21 +69,31 @@ public:
             for (std::size_t i = first; i < last; ++i) {
                 points_.push_back(samples.points[i]);
                 normals_.push_back(samples.normals[i]);
+                if (!samples.footprints.empty())
+                    footprints_.push_back(samples.footprints[i]);
             }
         }
     }
-    Samples samples() const { return {points_, normals_, points_.size()}; }
+    Samples samples() const {
+        return {.points = points_,
+                .normals = normals_,
+                .points_per_frame = points_.size(),
+                .footprints = footprints_};
+    }
 
 private:
     std::vector<glm::vec3> points_;
     std::vector<glm::vec3> normals_;
+    std::vector<float> footprints_;
 };
 
-/// What a pilot measures with one mesh.
+/// What a pilot measures with one mesh or cache.
 struct PilotTiming {
     double setup_seconds = 0.0;  ///< making the mesh, and its shadow maps
-    double fill_seconds = 0.0;   ///< per light point
+    double fill_seconds = 0.0;   ///< per light point, or record
     double warm_seconds = 0.0;   ///< per surface point
+    double light_points = 0.0;   ///< or records, per surface point
+    double bytes = 0.0;          ///< per light point, or record
 };
 
 template <class... Adapters>
@@ -88,14 +101,24 @@ PilotTiming time_pilot(const Subject<Adapters...>& subject, const Samples& pilot
                        const Options& options, Reporter& reporter) {
     PilotTiming result;
     RendererCost rendering;
-    const Watch making;
-    subject.with_mesh(candidate, options.base, rendering, [&](const auto& mesh) {
-        const double made = making.seconds();
-        const Timing timing = time_mesh(mesh, pilot, rendering, 0.0, reporter);
+    const Watch watch;
+    const auto count = static_cast<double>(pilot.points.size());
+    const auto time = [&](const auto& queries) {
+        const double made = watch.seconds();
+        const Timing timing = time_queries(queries, pilot.points.size(), rendering, 0.0, reporter);
+        const auto held = static_cast<double>(timing.held.light_points);
         result.setup_seconds = made + timing.setup_seconds;
-        result.warm_seconds = timing.warm_seconds / static_cast<double>(pilot.points.size());
+        result.warm_seconds = timing.warm_seconds / count;
         result.fill_seconds = timing.seconds_per_light_point;
-    });
+        result.light_points = held / count;
+        result.bytes = held > 0.0 ? static_cast<double>(timing.held.bytes) / held : 0.0;
+    };
+    if (is_cache(candidate))
+        subject.with_cache(candidate, subject.lights().size(),
+                           [&](const auto& cache) { time(CacheQueries(cache, pilot)); });
+    else
+        subject.with_mesh(candidate, options.base, rendering,
+                          [&](const auto& mesh) { time(MeshQueries(mesh, pilot)); });
     return result;
 }
 
@@ -115,15 +138,72 @@ public:
     Predictor(const Subject<Adapters...>& subject, std::span<const Candidate> candidates,
               const Options& options, Reporter& reporter)
         : subject_(subject), options_(options), reporter_(reporter), pilot_(subject.samples(), 4) {
-        lowest_ = candidates.front().quality;
-        highest_ = lowest_;
+        bool is_first = true;
         for (const Candidate& candidate : candidates) {
-            lowest_ = (std::min)(lowest_, candidate.quality);
-            highest_ = (std::max)(highest_, candidate.quality);
+            if (is_cache(candidate))
+                continue;
+            lowest_ = is_first ? candidate.quality : (std::min)(lowest_, candidate.quality);
+            highest_ = is_first ? candidate.quality : (std::max)(highest_, candidate.quality);
+            is_first = false;
         }
     }
 
     Prediction predict(const Candidate& candidate) {
+        return is_cache(candidate) ? predict_cache(candidate) : predict_mesh(candidate);
+    }
+
+    /// Of the rays to lamps.
+    double lamp_reference_seconds() {
+        const Samples pilot = pilot_.samples();
+        const ShadowRays rays(subject_.lights(), subject_.resolution());
+        const Watch watch;
+        for (std::size_t i = 0; i < pilot.points.size(); ++i)
+            rays.for_each(pilot.points[i], pilot.normals[i], [&](std::size_t, const Segment& segment) {
+                static_cast<void>(subject_.tracer().occluded(segment));
+            });
+        const auto points =
+            static_cast<double>((std::min)(options_.reference_points, subject_.samples().points.size()));
+        return watch.seconds() / static_cast<double>(pilot.points.size()) * points *
+               static_cast<double>(LampReference::ray_count) / static_cast<double>(options_.executor.threads);
+    }
+    /// Of a reference of meshes whose q reaches 2 * `quality`, at most 16.
+    double reference_seconds(float radius, float quality) {
+        const Samples& samples = subject_.samples();
+        const auto points = static_cast<double>((std::min)(options_.reference_points, samples.points.size()));
+        const double share = points / static_cast<double>(samples.points.size());
+        const double coarse = (std::min)(static_cast<double>(quality), 8.0);
+        double sum = 0.0;
+        for (const double q : {coarse, 2.0 * coarse}) {
+            // Hemispheres hardly share light points here: (2/3) pi q^3 each.
+            const double light_points = points * 2.0944 * q * q * q;
+            const Candidate rays{radius, quality, ShortTest::exact, LongTest::rays, 0};
+            sum += light_points * long_test(rays).fill_seconds +
+                   share * static_cast<double>(samples.points.size()) * warm(ShortTest::exact, radius).at(q);
+        }
+        return sum / static_cast<double>(options_.executor.threads);
+    }
+
+private:
+    /// As if no two blocks shared a record, which few do. Counting the records of a frame takes as long as
+    /// all of its points with four lights.
+    Prediction predict_cache(const Candidate& candidate) {
+        Prediction result{candidate};
+        const PilotTiming pilot = time(candidate);
+        const auto count = static_cast<double>(subject_.samples().points.size());
+        result.light_points = pilot.light_points * count;
+        result.bytes = pilot.bytes * result.light_points;
+        const double pass = count * pilot.warm_seconds;
+        const double warm_passes =
+            (std::max)(1.0, std::ceil(options_.least_seconds / (std::max)(pass, 1e-9)));
+        const double share = (std::min)(1.0, 4.0 / static_cast<double>(subject_.lights().size()));
+        const auto frame = static_cast<double>(subject_.samples().frame_points.size());
+        const double counting = share * (pilot.warm_seconds + pilot.fill_seconds) * frame;
+        result.seconds = pilot.setup_seconds + result.light_points * pilot.fill_seconds +
+                         pass * (1.0 + warm_passes) + counting;
+        return result;
+    }
+
+    Prediction predict_mesh(const Candidate& candidate) {
         Prediction result{candidate};
         const DryRun& dry = open_space(candidate.radius, candidate.quality);
         const double scale =
@@ -144,24 +224,6 @@ public:
         return result;
     }
 
-    /// Of a reference whose q reaches 2 * `quality`, at most 16.
-    double reference_seconds(float radius, float quality) {
-        const Samples& samples = subject_.samples();
-        const auto points = static_cast<double>((std::min)(options_.reference_points, samples.points.size()));
-        const double share = points / static_cast<double>(samples.points.size());
-        const double coarse = (std::min)(static_cast<double>(quality), 8.0);
-        double sum = 0.0;
-        for (const double q : {coarse, 2.0 * coarse}) {
-            // Hemispheres hardly share light points here: (2/3) pi q^3 each.
-            const double light_points = points * 2.0944 * q * q * q;
-            const Candidate rays{radius, quality, ShortTest::exact, LongTest::rays, 0};
-            sum += light_points * long_test(rays).fill_seconds +
-                   share * static_cast<double>(samples.points.size()) * warm(ShortTest::exact, radius).at(q);
-        }
-        return sum / static_cast<double>(options_.executor.threads);
-    }
-
-private:
     /// The quality that stands for another in empty space: light points fill a volume.
     static double dry_quality(float quality) { return (std::min)(static_cast<double>(quality), 4.0); }
 

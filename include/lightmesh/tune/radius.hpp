@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/tune/require.hpp>
@@ -50,10 +49,10 @@ inline float round_radius(double value) {
 template <Intersector Tracer>
 double first_blocker(const Tracer& tracer, const Segment& segment, double start) {
     const glm::dvec3 origin(segment.origin);
-    const glm::dvec3 way = glm::dvec3(segment.target) - origin;
-    const double length = glm::length(way);
+    const glm::dvec3 to_target = glm::dvec3(segment.target) - origin;
+    const double length = glm::length(to_target);
     const auto is_blocked = [&](double distance) {
-        return tracer.occluded(Segment{segment.origin, glm::vec3(origin + way * (distance / length))});
+        return tracer.occluded(Segment{segment.origin, glm::vec3(origin + to_target * (distance / length))});
     };
     double open = 0.0;
     double blocked = start;
@@ -88,10 +87,12 @@ inline double median(std::vector<double> values) {
 /// pictures have, and those of this project's scenes. A smaller one gives crisper shadows, which cost more:
 /// light points grow with 1 / r^2. A directional light, for which D is infinite, gives r = lamp_angle * d.
 ///
-/// d and D are measured: for up to 1,024 pairs of a sample and a light that can reach it, spread over all of
-/// them, the blocker nearest to the surface is searched with some 20 rays. The radius is the median over the
-/// pairs that have one. It is kept between 1/500 and 1/20 of the diagonal of the samples' box: below that a
-/// shadow is as good as hard, above it is no shadow. Without any shadow it is 1/100 of the diagonal.
+/// d and D are measured: for up to 4,096 pairs of a point and a light that can reach it, spread over all
+/// points of the frame, if the samples have them, else over the samples, the blocker nearest to the surface
+/// is searched with some 20 rays. The radius is the median over the pairs that have one. It is kept between
+/// 1/500 and 1/20 of the diagonal of the samples' box: below that a shadow is as good as hard, above it is no
+/// shadow. Without any shadow
+/// (`RadiusAdvice::shadowed` is 0) it is 1/100 of the diagonal.
 ///
 /// `lamp_angle` in radians, finite, greater than 0; else std::invalid_argument, as also if all samples lie on
 /// one point.
@@ -104,19 +105,22 @@ RadiusAdvice suggest_radii(const Subject<Tracer, Sources...>& subject, double la
     detail::require(diagonal > 0.0f, "the diagonal of the samples' box", diagonal, "greater than 0");
     const ShadowRays rays(subject.lights(), subject.resolution());
     const auto size = static_cast<double>(diagonal);
-    constexpr std::size_t most_pairs = 1024;
-    const std::size_t all = samples.points.size() * rays.size();
-    const std::size_t tried = (std::min)(all, 4 * most_pairs);
+    constexpr std::size_t most_pairs = 4096;
+    const bool has_frame = !samples.frame_points.empty();
+    const std::span<const glm::vec3> points = has_frame ? samples.frame_points : samples.points;
+    const std::span<const glm::vec3> normals = has_frame ? samples.frame_normals : samples.normals;
+    const std::size_t all = points.size() * rays.size();
+    const std::size_t tried = (std::min)(all, 8 * most_pairs);
     RadiusAdvice advice;
     std::vector<double> radii;
     for (std::size_t k = 0; k < tried && advice.pairs < most_pairs; ++k) {
-        // A stride that visits all parts of the samples before it comes near to where it has been.
-        const auto place = std::fmod(static_cast<double>(k) * 0.6180339887498949, 1.0);
+        // By the golden ratio: all parts of the frame before any that lies close to one before.
+        const double share = std::fmod(static_cast<double>(k) * 0.6180339887498949, 1.0);
         const std::size_t pair =
-            tried == all ? k : static_cast<std::size_t>(place * static_cast<double>(all));
+            tried == all ? k : static_cast<std::size_t>(share * static_cast<double>(all));
         const std::size_t light = pair % rays.size();
-        const glm::vec3& point = samples.points[pair / rays.size()];
-        const glm::vec3& normal = samples.normals[pair / rays.size()];
+        const glm::vec3& point = points[pair / rays.size()];
+        const glm::vec3& normal = normals[pair / rays.size()];
         if (!rays.can_light(light, point, normal))
             continue;
         ++advice.pairs;

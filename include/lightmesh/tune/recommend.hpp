@@ -19,8 +19,8 @@ namespace lightmesh::tune {
 
 /// Which frame a user pays for.
 enum class Frame {
-    first,  ///< a single picture: the mesh is filled while it is rendered
-    later,  ///< a camera that moves through a scene at rest: the mesh is there already
+    first,  ///< a single picture: mesh or cache is filled while it is rendered
+    later,  ///< a camera that moves through a scene at rest: mesh or cache is filled already
 };
 
 /// What a user can afford and wants. All limits are inclusive; infinity stands for none.
@@ -29,14 +29,15 @@ struct Wishes {
     double ns_per_point = std::numeric_limits<double>::infinity();
     /// Wall-clock time of all shadows of a frame.
     double seconds_per_frame = std::numeric_limits<double>::infinity();
-    /// Of S, to a converged mesh of the same radius.
+    /// Of S: of a mesh to a converged one of the same radius, of a cache to lamps of 256 rays.
     double mean_absolute_error = std::numeric_limits<double>::infinity();
     double bytes = std::numeric_limits<double>::infinity();  ///< of a whole frame
     Frame frame = Frame::first;                              ///< that the limits of time are for
     /// Threads that the user's renderer shares a frame among: `seconds_per_frame` is wall-clock time, shared
     /// evenly; `ns_per_point` stays that of one thread.
     double threads = 1.0;
-    /// Only candidates of this radius: how soft shadows are is a matter of looks first.
+    /// Only light meshes of this radius: how soft their shadows are is a matter of looks first. Caches, whose
+    /// shadows are as soft as the lamps make them, compete as well.
     std::optional<float> radius{};
 };
 
@@ -68,7 +69,7 @@ namespace detail {
 inline bool is_usable(const Measurement& m) {
     return m.points_per_frame > 0 && std::isfinite(m.frame.cold_seconds) &&
            std::isfinite(m.frame.warm_seconds) && std::isfinite(m.frame.bytes) &&
-           std::isfinite(m.mean_absolute_error);
+           std::isfinite(m.mean_absolute_error) && std::isfinite(m.lamp_error);
 }
 
 inline void check_wish(double value, const char* name) {
@@ -147,20 +148,20 @@ bool narrow(std::vector<Measurement>& among, Good&& good, Key&& key, Text&& text
 
 }  // namespace detail
 
-/// The measurements that nothing of the same radius beats in both time and error: their places in `results`,
-/// radius by radius as they first appear, the fastest first. Of equals the first counts. What is not finite
-/// is left out.
+/// The measurements that nothing of the same radius beats in both time and error: their indices in `results`,
+/// radius by radius as they first appear, the fastest first. Caches are by themselves, as if of one radius.
+/// Of equals the first counts. What is not finite is left out.
 inline std::vector<std::size_t> pareto_frontier(std::span<const Measurement> results,
                                                 Frame frame = Frame::first) {
     std::vector<float> radii;
     for (const Measurement& m : results)
-        if (std::find(radii.begin(), radii.end(), m.candidate.radius) == radii.end())
-            radii.push_back(m.candidate.radius);
+        if (std::find(radii.begin(), radii.end(), radius_of(m.candidate)) == radii.end())
+            radii.push_back(radius_of(m.candidate));
     std::vector<std::size_t> frontier;
     for (const float radius : radii) {
         std::vector<std::size_t> order;
         for (std::size_t i = 0; i < results.size(); ++i)
-            if (results[i].candidate.radius == radius && detail::is_usable(results[i]))
+            if (radius_of(results[i].candidate) == radius && detail::is_usable(results[i]))
                 order.push_back(i);
         std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
             return std::pair(frame_seconds(results[a], frame), results[a].mean_absolute_error) <
@@ -177,18 +178,10 @@ inline std::vector<std::size_t> pareto_frontier(std::span<const Measurement> res
     return frontier;
 }
 
-/// What to use. Among the candidates that keep within all limits: the most exact if there is a limit to the
-/// time but none to the error; the fastest if there is one to the error. If neither is limited, the best
-/// balance: of those with an error of at most `default_error` the one with the least product of time and
-/// error, so that all others lose more of the one than they gain of the other (an error below
-/// `invisible_error` counts as that); or the most exact if none is that exact. Measurements that are not
-/// finite are never chosen. Without `Wishes::radius`, all radii compete, each with the error to its own
-/// reference.
-///
-/// Throws std::invalid_argument that names the value for a wish that is NaN, negative or (but for the error)
-/// 0.
-inline Recommendation recommend(std::span<const Measurement> results, const Wishes& wishes) {
-    detail::check_wishes(wishes);
+namespace detail {
+
+/// The recommendation among candidates that are all held against references of one kind.
+inline Recommendation recommend_among(std::vector<Measurement> among, const Wishes& wishes) {
     const auto time = [&](const Measurement& m) {
         return frame_seconds(m, wishes.frame);
     };
@@ -199,63 +192,127 @@ inline Recommendation recommend(std::span<const Measurement> results, const Wish
         return m.frame.bytes;
     };
     const auto say_time = [&](const Measurement& m) {
-        return detail::time_text(m, wishes);
+        return time_text(m, wishes);
     };
 
     Recommendation result;
-    std::vector<Measurement> among;
-    for (const Measurement& m : results)
-        if (detail::is_usable(m) && (!wishes.radius || m.candidate.radius == *wishes.radius))
-            among.push_back(m);
     if (among.empty()) {
         result.reason = "There is no measured candidate to choose from.";
         return result;
     }
     const bool time_limited = std::isfinite(wishes.ns_per_point) || std::isfinite(wishes.seconds_per_frame);
     const bool error_limited = std::isfinite(wishes.mean_absolute_error);
-    if (!detail::narrow(
+    if (!narrow(
             among, [&](const Measurement& m) { return bytes(m) <= wishes.bytes; }, bytes,
-            [&](const Measurement& m) { return detail::bytes_text(bytes(m)); },
-            "fits " + detail::bytes_text(wishes.bytes), result.reason))
-        return result;
-    if (!detail::narrow(
-            among, [&](const Measurement& m) { return error(m) <= wishes.mean_absolute_error; }, error,
-            [](const Measurement& m) { return detail::error_text(m); },
-            std::string(std::isfinite(wishes.bytes) ? "that fits the memory " : "") + "is as exact as " +
-                detail::rounded(100.0 * wishes.mean_absolute_error) + " %",
+            [&](const Measurement& m) { return bytes_text(bytes(m)); }, "fits " + bytes_text(wishes.bytes),
             result.reason))
         return result;
-    if (!detail::narrow(
-            among, [&](const Measurement& m) { return detail::is_fast_enough(m, wishes); }, time, say_time,
+    if (!narrow(
+            among, [&](const Measurement& m) { return error(m) <= wishes.mean_absolute_error; }, error,
+            [](const Measurement& m) { return error_text(m); },
+            std::string(std::isfinite(wishes.bytes) ? "that fits the memory " : "") + "is as exact as " +
+                rounded(100.0 * wishes.mean_absolute_error) + " %",
+            result.reason))
+        return result;
+    if (!narrow(
+            among, [&](const Measurement& m) { return is_fast_enough(m, wishes); }, time, say_time,
             (error_limited || std::isfinite(wishes.bytes) ? "that keeps to the other limits is fast enough"
                                                           : "is fast enough"),
             result.reason))
         return result;
 
     const auto with_cost = [&](const Measurement& m) {
-        return say_time(m) + ", " + detail::error_text(m) + ", " + detail::bytes_text(bytes(m)) + ".";
+        return say_time(m) + ", " + error_text(m) + ", " + bytes_text(bytes(m)) + ".";
     };
     if (time_limited && !error_limited) {
-        result.choice = detail::least(among, error);
+        result.choice = least(among, error);
         result.reason = "The most exact that the time allows: " + with_cost(*result.choice);
     } else if (error_limited) {
-        result.choice = detail::least(among, time);
+        result.choice = least(among, time);
         result.reason = "The fastest that is exact enough: " + with_cost(*result.choice);
     } else {
         std::string none;
-        const bool found = detail::narrow(
+        const bool found = narrow(
             among, [&](const Measurement& m) { return error(m) <= default_error; }, error,
-            [](const Measurement& m) { return detail::error_text(m); }, "", none);
+            [](const Measurement& m) { return error_text(m); }, "", none);
         const auto product = [&](const Measurement& m) {
             return time(m) * (std::max)(error(m), invisible_error);
         };
-        const std::string limit = detail::rounded(100.0 * default_error) + " %";
-        result.choice = found ? detail::least(among, product) : detail::least(among, error);
+        const std::string limit = rounded(100.0 * default_error) + " %";
+        result.choice = found ? least(among, product) : least(among, error);
         result.reason = (found ? "The best balance of time and error: "
                                : "None has an error of at most " + limit + ", so the most exact: ") +
                         with_cost(*result.choice);
     }
     return result;
+}
+
+/// Of a mesh and a cache that both keep within the limits.
+inline Recommendation better_of(const Recommendation& mesh, const Recommendation& cache,
+                                const Wishes& wishes) {
+    const bool only_time_limited =
+        (std::isfinite(wishes.ns_per_point) || std::isfinite(wishes.seconds_per_frame)) &&
+        !std::isfinite(wishes.mean_absolute_error);
+    const auto loss = [&](const Measurement& m) {
+        const double error = (std::max)(m.lamp_error, invisible_error);
+        return only_time_limited ? error : error * frame_seconds(m, wishes.frame);
+    };
+    const bool takes_cache = loss(*cache.choice) <= loss(*mesh.choice);
+    Recommendation result = takes_cache ? cache : mesh;
+    const Measurement& other = takes_cache ? *mesh.choice : *cache.choice;
+    const auto percent = [](double error) {
+        return rounded(100.0 * error) + " %";
+    };
+    const double times = frame_seconds(*result.choice, wishes.frame) / frame_seconds(other, wishes.frame);
+    result.reason +=
+        std::string(takes_cache ? " A cache rather than a mesh (" : " A mesh rather than a cache (") +
+        describe(other.candidate) + "): to lamps of their sizes its error is " +
+        percent(result.choice->lamp_error) + ", that of the other " + percent(other.lamp_error) + ", at " +
+        rounded(times) + " times its time.";
+    return result;
+}
+
+}  // namespace detail
+
+/// What to use. Light meshes and caches are judged by themselves first, among those that keep within all
+/// limits: the most exact if there is a limit to the time but none to the error; the fastest if there is one
+/// to the error. If neither is limited, the best balance: of those with an error of at most `default_error`
+/// the one with the least product of time and error, so that all others lose more of the one than they gain
+/// of the other (an error below `invisible_error` counts as that); or the most exact if none is that exact.
+/// Then the chosen mesh and the chosen cache are held against each other: the less product of time and
+/// `Measurement::lamp_error` wins, or where only the time is limited the less lamp error; the reason says by
+/// how much. Measurements that are not finite are never chosen. Without `Wishes::radius`, all radii compete,
+/// each with the error to its own reference.
+///
+/// Throws std::invalid_argument that names the value for a wish that is NaN, negative or (but for the error)
+/// 0.
+inline Recommendation recommend(std::span<const Measurement> results, const Wishes& wishes) {
+    detail::check_wishes(wishes);
+    std::vector<Measurement> meshes;
+    std::vector<Measurement> caches;
+    for (const Measurement& m : results)
+        if (detail::is_usable(m)) {
+            if (is_cache(m.candidate))
+                caches.push_back(m);
+            else if (!wishes.radius || m.candidate.radius == *wishes.radius)
+                meshes.push_back(m);
+        }
+    if (caches.empty())
+        return detail::recommend_among(std::move(meshes), wishes);
+    if (meshes.empty())
+        return detail::recommend_among(std::move(caches), wishes);
+    const Recommendation mesh = detail::recommend_among(meshes, wishes);
+    const Recommendation cache = detail::recommend_among(caches, wishes);
+    if (mesh.choice && cache.choice)
+        return detail::better_of(mesh, cache, wishes);
+    if (mesh.choice || cache.choice) {
+        Recommendation result = mesh.choice ? mesh : cache;
+        result.reason +=
+            mesh.choice ? " No cache keeps within the limits." : " No mesh keeps within the limits.";
+        return result;
+    }
+    meshes.insert(meshes.end(), caches.begin(), caches.end());
+    return detail::recommend_among(std::move(meshes), wishes);
 }
 
 }  // namespace lightmesh::tune

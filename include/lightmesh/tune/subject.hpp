@@ -10,14 +10,17 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/shadow_rays.hpp>
+#include <lightmesh/surface_point.hpp>
 #include <lightmesh/tune/candidate.hpp>
 #include <lightmesh/tune/require.hpp>
 #include <lightmesh/tune/watch.hpp>
+#include <lightmesh/visibility_cache.hpp>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <initializer_list>
 #include <span>
@@ -45,12 +48,28 @@ struct Samples {
     /// by several times where the radius is small.
     std::span<const glm::vec3> frame_points{};
     std::span<const glm::vec3> frame_normals{};  ///< as many
+    /// Of caches: how wide pixels are at the points, as `SurfacePoint::footprint`, or none. Without them a
+    /// cache is refined beyond what pixels show.
+    std::span<const float> footprints{};
+    std::span<const float> frame_footprints{};  ///< the same at the points of the frame
 };
 
 namespace detail {
 
 /// Points that are asked for together, as `LightMesh::visibility` for many points likes it.
 inline constexpr std::size_t block_size = 64;
+
+/// Points with what is known of them, as a cache takes them.
+inline std::vector<SurfacePoint> surface_points(std::span<const glm::vec3> points,
+                                                std::span<const glm::vec3> normals,
+                                                std::span<const float> footprints) {
+    std::vector<SurfacePoint> known(points.size());
+    for (std::size_t i = 0; i < known.size(); ++i)
+        known[i] = {.position = points[i],
+                    .normal = normals[i],
+                    .footprint = footprints.empty() ? 0.0f : footprints[i]};
+    return known;
+}
 
 /// What a `BorrowedRenderer` has done.
 struct RendererCost {
@@ -132,9 +151,14 @@ public:
     float resolution() const { return diagonal_ > 0.0f ? diagonal_ / 500.0f : 1.0f; }
 
     /// Throws std::invalid_argument that names the candidate if its settings are out of range, or if it wants
-    /// a source that is not there; std::out_of_range if a point lies outside its grid.
+    /// a source that is not there; std::out_of_range if a point lies outside the grid of a mesh.
     void check(const Candidate& candidate, const Settings& base) const {
         const std::string name = "candidate (" + describe(candidate) + "): ";
+        if (is_cache(candidate)) {
+            // What a cache refuses, it refuses when it is made.
+            static_cast<void>(VisibilityCache{tracer_, lights_, cache_settings_of(candidate)});
+            return;
+        }
         const Grid grid(settings_of(candidate, base));
         for (const std::span<const glm::vec3> points : {samples_.points, samples_.frame_points})
             for (const glm::vec3& point : points)
@@ -153,8 +177,8 @@ public:
                 throw std::invalid_argument("lightmesh: " + name + "it needs Occluders");
     }
 
-    /// Makes the mesh of a candidate that has passed `check`, and calls use(mesh). What shadow maps cost is
-    /// added to `cost`.
+    /// Makes the mesh of a candidate that has passed `check` and is no cache, and calls use(mesh). What
+    /// shadow maps cost is added to `cost`.
     template <class Use>
     void with_mesh(const Candidate& candidate, const Settings& base, detail::RendererCost& cost,
                    Use&& use) const {
@@ -173,6 +197,17 @@ public:
             }
         }
         use(LightMesh{tracer_, lights_, settings});
+    }
+
+    /// Makes a cache with every k-th of the lights so that there are at most `most_lights`, and calls
+    /// use(cache).
+    template <class Use>
+    void with_cache(const Candidate& candidate, std::size_t most_lights, Use&& use) const {
+        std::vector<Light> some;
+        const std::size_t count = (std::min)(most_lights, lights_.size());
+        for (std::size_t i = 0; i < count; ++i)
+            some.push_back(lights_[i * lights_.size() / count]);
+        use(VisibilityCache{tracer_, some, cache_settings_of(candidate)});
     }
 
 private:
@@ -205,14 +240,24 @@ private:
         if (samples_.points.empty())
             throw std::invalid_argument("lightmesh: there are no sample points; tuning needs at least one");
         check_points(samples_.points, samples_.normals, "sample");
+        check_footprints(samples_.footprints, samples_.points.size(), "Samples::footprints");
     }
 
     void check_frame() const {
         check_points(samples_.frame_points, samples_.frame_normals, "frame");
+        check_footprints(samples_.frame_footprints, samples_.frame_points.size(),
+                         "Samples::frame_footprints");
         if (!samples_.frame_points.empty())
             detail::require(samples_.points_per_frame == samples_.frame_points.size(),
                             "Samples::points_per_frame", samples_.points_per_frame,
                             "as many as there are frame_points, or 0");
+    }
+
+    static void check_footprints(std::span<const float> footprints, std::size_t count,
+                                 const std::string& name) {
+        if (!footprints.empty())
+            detail::require(footprints.size() == count, "the size of " + name, footprints.size(),
+                            "that of the points, or 0");
     }
 
     static void check_points(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
