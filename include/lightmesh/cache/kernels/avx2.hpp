@@ -141,6 +141,13 @@ LIGHTMESH_AVX2 inline __m256i share_of_next(__m256i spread) {
     return _mm256_srli_epi32(_mm256_mullo_epi32(square, rest), 15);
 }
 
+/// How much more a difference counts where values are dark, in parts of 256.
+LIGHTMESH_AVX2 inline __m256i dark_factor(__m256i value) {
+    const __m256i twice = _mm256_min_epi32(_mm256_slli_epi32(value, 1), _mm256_set1_epi32(one_value));
+    const __m256i less = _mm256_srli_epi32(_mm256_mullo_epi32(twice, _mm256_set1_epi32(3)), 8);
+    return _mm256_sub_epi32(_mm256_set1_epi32(1024), less);
+}
+
 /// All ones in the lanes that `mark_missed` marks.
 LIGHTMESH_AVX2 inline __m256i is_missed(__m256i probe, __m256i least, __m256i greatest) {
     const __m256i zero = _mm256_setzero_si256();
@@ -199,7 +206,8 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t ligh
                                    _mm256_set1_epi32(static_cast<int>(level.spread_weights[k])));
             spread_most = _mm256_max_epi32(spread_most, _mm256_srli_epi32(difference, 15));
         }
-        __m256i beta = share_of_next(spread_most);
+        __m256i beta =
+            share_of_next(_mm256_srli_epi32(_mm256_mullo_epi32(spread_most, dark_factor(value)), 8));
         if (level.is_probed) {
             const __m256i missed = is_missed(spread(probed), least, greatest);
             const __m256i window = _mm256_set1_epi32(static_cast<int>(level.window));
