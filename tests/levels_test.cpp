@@ -2,6 +2,7 @@
 #include "analytic.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
+#include "snapshot_bytes.hpp"
 
 #include <lightmesh/lightmesh.hpp>
 
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -110,6 +112,27 @@ std::vector<SurfacePoint> mixed_points(const Work& work) {
 
 bool equal(std::span<const float> a, std::span<const float> b) {
     return std::ranges::equal(a, b, [](float x, float y) { return x == y || (x != x && y != y); });
+}
+
+using lightmesh::detail::SnapshotHeader;
+using lightmesh::detail::SnapshotLevelRecord;
+
+SnapshotHeader header_of(const test::Bytes& bytes) {
+    SnapshotHeader header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    return header;
+}
+
+std::vector<std::uint64_t> levels_of(const test::Bytes& bytes) {
+    const SnapshotHeader header = header_of(bytes);
+    const lightmesh::detail::SnapshotSection& section = header.sections[lightmesh::detail::levels_section];
+    std::vector<std::uint64_t> levels;
+    for (std::size_t i = 0; i < section.count; ++i) {
+        SnapshotLevelRecord record;
+        std::memcpy(&record, bytes.data() + section.offset + i * sizeof record, sizeof record);
+        levels.push_back(record.level);
+    }
+    return levels;
 }
 
 /// A tracer that fails every so often, until it has been asked often.
@@ -467,4 +490,174 @@ TEST_CASE("levels: shadow volumes are shared by all of them") {
             CHECK(ask(mesh, work.with(i, work.footprint(2.5))) == ask_plainly(plain, work.points[i]));
         CHECK(mesh.statistics().long_rays == 0);
     }
+}
+
+TEST_CASE("levels: a snapshot with a tracer equals the live mesh, also where nobody asked before") {
+    for (const ShortTest short_test : test::all_short_tests) {
+        for (const glm::vec3& origin : {lightmesh::Settings{}.origin, glm::vec3(0.1f, 0.2f, 0.3f)}) {
+            Work work(short_test, 9);
+            work.settings.origin = origin;
+            const std::vector<SurfacePoint> points = mixed_points(work);
+            const Mesh mesh = work.mesh();
+            for (std::size_t i = 0; i < 10; ++i)
+                ask(mesh, points[i]);
+            const test::Bytes bytes = mesh.snapshot();
+            CHECK(levels_of(bytes).size() >= 2);
+            const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)};
+            std::vector<float> all(9);
+            for (const SurfacePoint& point : points) {
+                view.visibility(test::PlainTracer{&work.scene}, point, all);
+                CHECK(all == ask(mesh, point));
+            }
+            SurfacePoint beyond = points.front();
+            beyond.footprint = work.footprint(8.9);
+            view.visibility(test::PlainTracer{&work.scene}, beyond, all);
+            CHECK(all == ask(mesh, beyond));
+        }
+    }
+}
+
+TEST_CASE("levels: a snapshot without a tracer answers for the levels that were asked") {
+    const Work work(ShortTest::none, 70);
+    const std::vector<SurfacePoint> points = mixed_points(work);
+    const Mesh mesh = work.mesh();
+    for (std::size_t i = 0; i < 15; ++i)
+        ask(mesh, points[i]);
+    const test::Bytes bytes = mesh.snapshot();
+    const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)};
+    std::vector<float> all(70);
+    std::size_t missing = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const std::size_t counted = view.visibility(points[i], all);
+        const std::vector<float> expected = ask(mesh, points[i]);
+        std::size_t unknown = 0;
+        for (std::size_t l = 0; l < all.size(); ++l) {
+            unknown += std::isnan(all[l]) ? 1u : 0u;
+            CHECK((std::isnan(all[l]) || all[l] == expected[l]));
+        }
+        CHECK(unknown == counted);
+        CHECK((i >= 15 || unknown == 0));
+        missing += unknown;
+    }
+    CHECK(missing > 0);
+    // Of a level that is not there what no light reaches is known.
+    SurfacePoint beyond = points.front();
+    beyond.footprint = infinity;
+    const std::vector<float> expected = ask(work.mesh(), beyond);
+    const std::size_t unknown = view.visibility(beyond, all);
+    CHECK(unknown > 0);
+    CHECK(unknown < all.size());
+    for (std::size_t l = 0; l < all.size(); ++l)
+        CHECK((std::isnan(all[l]) || (all[l] == 0.0f && expected[l] == 0.0f)));
+}
+
+TEST_CASE("levels: a snapshot merged into an empty mesh restores all of them without a ray") {
+    for (const ShortTest short_test : test::all_short_tests) {
+        const Work work(short_test, 70);
+        const std::vector<SurfacePoint> points = mixed_points(work);
+        const Mesh full = work.mesh();
+        const std::vector<float> expected = ask_one_by_one(full, points);
+        const test::Bytes bytes = full.snapshot();
+        CHECK(levels_of(bytes).size() >= 3);
+        Mesh restored = work.mesh();
+        restored.merge(bytes);
+        CHECK(restored.snapshot() == bytes);
+        CHECK(equal(ask_one_by_one(restored, points), expected));
+        CHECK(restored.statistics().long_rays == 0);
+        CHECK(restored.statistics().link_rays == 0);
+        CHECK(restored.statistics().light_points_of_level == full.statistics().light_points_of_level);
+        // A mesh that chooses levels by another scale has the same ones.
+        Work other = work;
+        other.settings.footprint_scale = 0.0f;
+        Mesh of_other_scale = other.mesh();
+        of_other_scale.merge(bytes);
+        CHECK(of_other_scale.statistics().light_points == full.statistics().light_points);
+    }
+}
+
+TEST_CASE("levels: what two meshes know together does not depend on which is merged into which") {
+    const Work work(ShortTest::linked, 9);
+    const std::vector<SurfacePoint> points = mixed_points(work);
+    Mesh first = work.mesh();
+    Mesh second = work.mesh();
+    for (std::size_t i = 0; i < 20; ++i) {
+        ask(first, points[i]);
+        ask(second, points[points.size() - 1 - i]);
+    }
+    const test::Bytes bytes = first.snapshot();
+    first.merge(second.snapshot());
+    second.merge(bytes);
+    CHECK(first.snapshot() == second.snapshot());
+}
+
+TEST_CASE("levels: a mesh that was asked for level 0 only has a snapshot without others") {
+    const Work work(ShortTest::linked, 3, 4);
+    const Mesh mesh = work.mesh();
+    ask(mesh, work.points[0]);
+    const test::Bytes bytes = mesh.snapshot();
+    CHECK(levels_of(bytes).empty());
+    const SnapshotHeader header = header_of(bytes);
+    CHECK(header.sections[lightmesh::detail::levels_section].offset ==
+          header.sections[lightmesh::detail::region_slots_section].offset);
+}
+
+TEST_CASE("levels: a snapshot that differs on one level only is refused, and changes nothing") {
+    const Work work(ShortTest::none, 5, 60);
+    Work other = work;
+    for (test::Triangle& triangle : other.scene)
+        for (test::Vec* corner : {&triangle.a, &triangle.b, &triangle.c})
+            *corner += test::Vec(0.9, 0.0, 0.0);
+    const Mesh theirs = other.mesh();
+    Mesh mine = work.mesh();
+    for (std::size_t i = 0; i < work.points.size(); ++i) {
+        ask(theirs, work.with(i, work.footprint(2.5)));
+        ask(mine, work.with(i, work.footprint(2.5)));
+        ask(mine, work.points[i]);
+    }
+    const test::Bytes before = mine.snapshot();
+    const std::string said = test::error_of([&] { mine.merge(theirs.snapshot()); });
+    CHECK(said.find("not of the same scene") != std::string::npos);
+    CHECK(mine.snapshot() == before);
+}
+
+TEST_CASE("levels: a snapshot whose levels are not in their places is refused") {
+    const Work work(ShortTest::linked, 9, 10);
+    const Mesh mesh = work.mesh();
+    for (std::size_t i = 0; i < work.points.size(); ++i)
+        for (const double octaves : {0.0, 1.5, 2.5})
+            ask(mesh, work.with(i, work.footprint(octaves)));
+    const test::Bytes good = mesh.snapshot();
+    REQUIRE(levels_of(good) == std::vector<std::uint64_t>{1, 2});
+    const std::uint64_t at = header_of(good).sections[lightmesh::detail::levels_section].offset;
+    const auto error_with = [&](auto&& change) {
+        test::Bytes bytes = good;
+        std::array<SnapshotLevelRecord, 2> records;
+        std::memcpy(records.data(), bytes.data() + at, sizeof records);
+        change(records);
+        std::memcpy(bytes.data() + at, records.data(), sizeof records);
+        test::sign<SnapshotHeader>(bytes);
+        return test::error_of([&] { const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)}; });
+    };
+    CHECK(error_with([](auto&) {}).empty());
+    const char* const not_in_place = "a level is not in its place";
+    CHECK(error_with([](auto& r) { r[0].level = 0; }).find(not_in_place) != std::string::npos);
+    CHECK(error_with([](auto& r) { r[1].level = 1; }).find(not_in_place) != std::string::npos);
+    CHECK(error_with([](auto& r) { r[1].level = 25; }).find(not_in_place) != std::string::npos);
+    CHECK(error_with([](auto& r) { r[1].level = ~std::uint64_t{0}; }).find(not_in_place) !=
+          std::string::npos);
+    CHECK(error_with([](auto& r) { std::swap(r[0].level, r[1].level); }).find(not_in_place) !=
+          std::string::npos);
+    for (std::size_t part = 0; part < lightmesh::detail::level_section_count; ++part) {
+        CAPTURE(part);
+        CHECK(error_with([&](auto& r) { r[1].first[part] = ~std::uint64_t{0}; }).find("beyond its end") !=
+              std::string::npos);
+        CHECK_FALSE(error_with([&](auto& r) { r[1].first[part] += 1; }).empty());
+        bool changes = false;
+        const std::string said = error_with([&](auto& r) {
+            changes = r[1].first[part] != 0;
+            r[1].first[part] = 0;
+        });
+        CHECK(said.empty() != changes);
+    }
+    CHECK_FALSE(error_with([](auto& r) { r[0].first = r[1].first; }).empty());
 }
