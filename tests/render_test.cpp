@@ -50,6 +50,7 @@ std::unique_ptr<demo::Visibility> visibility_in(const Stage& stage, const std::s
     options.settings.quality = stage.scene.quality;
     options.settings.short_test = lightmesh::ShortTest::exact;
     options.settings.shadow_map_size = 256;
+    options.settings.footprint_scale = 0.0f;  // The pixels of so small pictures are as wide as steps.
     options.depth = demo::DepthSource::embree;
     return demo::make_visibility(algorithm, stage.embree, options);
 }
