@@ -168,8 +168,9 @@ public:
     /// other threads query. Throws std::bad_alloc.
     std::vector<std::byte> snapshot() const { return detail::write_snapshot(*levels_, long_test()); }
 
-    /// Adds what a snapshot knows and this mesh lacks: of a mesh with the same radius, quality, origin and
-    /// kind of long tests, adaptive or not, of the same scene. Lights belong together by their numbers; those
+    /// Adds what a snapshot knows and this mesh lacks, level by level: of a mesh with the same radius,
+    /// quality, origin and kind of long tests, adaptive or not, of the same scene. Its
+    /// `Settings::footprint_scale` may be another one. Lights belong together by their numbers; those
     /// that differ contribute nothing, nor does anything that may have to do with the boxes in `changed`,
     /// where the scene is another one than it was for the snapshot. `bytes` must begin at a multiple of 16.
     ///
