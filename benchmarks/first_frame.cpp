@@ -227,8 +227,9 @@ void weigh_errors() {
         const Mesh levels =
             make_mesh_with(workload, ShortTest::linked, lightmesh::Settings{}.footprint_scale);
         const Mesh one_level = make_mesh_with(workload, ShortTest::linked, 0.0f);
-        bench::print_row(std::string("mean absolute S that levels add, Linked, ") + scene,
-                         difference_of_levels(levels, one_level, workload), to_reach, false,
+        const double of_levels = difference_of_levels(levels, one_level, workload);
+        bench::print_row(std::string("mean absolute S that levels add, Linked, ") + scene, of_levels,
+                         to_reach, false,
                          std::to_string(levels.statistics().light_points) + " light points of " +
                              std::to_string(one_level.statistics().light_points));
         for (const auto& [short_test, name] :
