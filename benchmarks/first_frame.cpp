@@ -4,10 +4,14 @@
 // frame by a new mesh.
 
 #include "mesh_frame.hpp"
+#include "render/text_table.hpp"
 #include "workloads.hpp"
 
 #include <lightmesh/lightmesh.hpp>
 
+#include <glm/geometric.hpp>
+
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -15,6 +19,7 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace {
@@ -55,6 +60,110 @@ void time_first_frames() {
     fine.radius *= 0.35f;
     const double hard = bench::hard_ns(fine, fine.points.part(100000));
     time_cold(fine, hard, "Linked cold, rooms at 0.5 light points a pixel", ShortTest::linked, 3.0);
+}
+
+/// A picture's points with the footprints of its pixels.
+std::vector<lightmesh::SurfacePoint> with_footprints(const bench::Workload& workload,
+                                                     const bench::Points& points) {
+    const demo::Camera& camera = workload.scene.scene().camera;
+    const float pixel_angle =
+        2.0f * std::tan(0.5f * camera.vertical_field_of_view) / static_cast<float>(bench::picture_height);
+    std::vector<lightmesh::SurfacePoint> all(points.size());
+    for (std::size_t i = 0; i < all.size(); ++i)
+        all[i] = {.position = points.positions[i],
+                  .normal = points.normals[i],
+                  .footprint = pixel_angle * glm::distance(points.positions[i], camera.eye)};
+    return all;
+}
+
+/// A mesh's values of a tile, by levels or without.
+void ask_tile(const Mesh& mesh, const bench::Workload& workload, const bench::Points& tile,
+              std::vector<float>& values) {
+    values.resize(tile.size() * mesh.light_count());
+    mesh.visibility(with_footprints(workload, tile), values);
+}
+
+/// Mean absolute difference of S between two meshes with the same lights, at points and lights that face each
+/// other, with footprints.
+double difference_of_levels(const Mesh& mesh, const Mesh& other, const bench::Workload& workload) {
+    const bench::ShadingPoints sample = workload.points.sample(100);
+    std::vector<float> values;
+    std::vector<float> expected;
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t t = 0; t < sample.tile_count(); ++t) {
+        const bench::Points tile = sample.tile(t);
+        ask_tile(mesh, workload, tile, values);
+        ask_tile(other, workload, tile, expected);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const std::size_t point = i / mesh.light_count();
+            if (!workload.faces(i % mesh.light_count(), tile.positions[point], tile.normals[point]))
+                continue;
+            sum += std::abs(static_cast<double>(values[i]) - static_cast<double>(expected[i]));
+            count += 1.0;
+        }
+    }
+    return sum / count;
+}
+
+Mesh make_mesh_with(const bench::Workload& workload, ShortTest short_test, float footprint_scale) {
+    lightmesh::Settings settings = bench::settings_of(workload, short_test);
+    settings.footprint_scale = footprint_scale;
+    return Mesh{workload.scene.intersector(), bench::lights_of(workload), settings};
+}
+
+/// The light points that a whole picture needs: those of a scene without surfaces.
+double light_points_a_pixel(const bench::Workload& workload, float footprint_scale) {
+    struct Nothing {
+        bool occluded(const lightmesh::Segment&) const { return false; }
+    };
+    lightmesh::Settings settings = bench::settings_of(workload, ShortTest::none);
+    settings.footprint_scale = footprint_scale;
+    const lightmesh::LightMesh mesh{Nothing{}, bench::lights_of(workload), settings};
+    std::vector<float> values;
+    for (std::size_t t = 0; t < workload.points.tile_count(); ++t) {
+        const bench::Points tile = workload.points.tile(t);
+        values.resize(tile.size() * mesh.light_count());
+        mesh.visibility(with_footprints(workload, tile), values);
+    }
+    return static_cast<double>(mesh.statistics().light_points) / static_cast<double>(workload.points.size());
+}
+
+/// A street at true scale under its own 64 lamps, with so small a radius that without levels there are 14
+/// light points a pixel, and with the scene's own.
+void time_street() {
+    bench::Workload street = bench::workload("street", 64);
+    street.lights.clear();
+    for (const demo::SceneLight& lamp : street.scene.scene().lights)
+        street.lights.push_back(std::get<lightmesh::PointLight>(lamp.shape).position);
+    const double hard = bench::hard_ns(street, street.points.part(100000));
+    constexpr float usual_scale = lightmesh::Settings{}.footprint_scale;
+    for (const auto& [radius, scale] : {std::pair(0.12f, usual_scale), std::pair(0.12f, 2.0f * usual_scale),
+                                        std::pair(street.radius, usual_scale)}) {
+        street.radius = radius;
+        const Mesh mesh = make_mesh_with(street, ShortTest::linked, scale);
+        std::vector<float> values;
+        const double frame = bench::seconds([&] {
+            for (std::size_t t = 0; t < street.points.tile_count(); ++t)
+                ask_tile(mesh, street, street.points.tile(t), values);
+        });
+        const lightmesh::MeshStatistics held = mesh.statistics();
+        const auto pixels = static_cast<double>(street.points.size());
+        const Mesh without = make_mesh_with(street, ShortTest::linked, 0.0f);
+        const Mesh exact = make_mesh_with(street, ShortTest::exact, 0.0f);
+        std::vector<char> text(400);
+        std::snprintf(text.data(), text.size(),
+                      "%.3g s a frame, %.3g light points and %.3g long rays a pixel, %.3g light points "
+                      "without levels, %s, without levels %s",
+                      frame, static_cast<double>(held.light_points) / pixels,
+                      static_cast<double>(held.long_rays) / pixels, light_points_a_pixel(street, 0.0f),
+                      bench::error_text(difference_of_levels(mesh, exact, street)).c_str(),
+                      bench::error_text(difference_of_levels(without, exact, street)).c_str());
+        bench::print_row("a street, r = " + demo::fixed(static_cast<double>(radius), 2) +
+                             " m, with footprint, scale " + demo::fixed(static_cast<double>(scale), 1) +
+                             ", Linked cold, times faster than hard single rays",
+                         hard * pixels / (1e9 * frame), 1.0, true, text.data());
+    }
 }
 
 /// 64 lights of which, by their ranges, two reach a point.
@@ -115,6 +224,14 @@ void time_few_lights() {
 void weigh_errors() {
     for (const auto& [scene, to_reach] : {std::pair("rooms", 0.0005), std::pair("park", 0.005)}) {
         const bench::Workload& workload = bench::workload(scene, 64);
+        const Mesh levels =
+            make_mesh_with(workload, ShortTest::linked, lightmesh::Settings{}.footprint_scale);
+        const Mesh one_level = make_mesh_with(workload, ShortTest::linked, 0.0f);
+        const double of_levels = difference_of_levels(levels, one_level, workload);
+        bench::print_row(std::string("mean absolute S that levels add, Linked, ") + scene, of_levels,
+                         to_reach, false,
+                         std::to_string(levels.statistics().light_points) + " light points of " +
+                             std::to_string(one_level.statistics().light_points));
         for (const auto& [short_test, name] :
              {std::pair(ShortTest::none, "Express"), std::pair(ShortTest::linked, "Linked")}) {
             lightmesh::Settings all = bench::settings_of(workload, short_test);
@@ -137,6 +254,7 @@ int main() {
     std::printf("A first frame that pays; kernels: %s\n\n", lightmesh::kernel_name());
     bench::print_head();
     time_first_frames();
+    time_street();
     time_few_lights();
     weigh_errors();
 }

@@ -17,6 +17,8 @@ demo::Scene make_scene(const std::string& name) {
         return demo::make_spheres();
     if (name == "rooms")
         return demo::make_rooms();
+    if (name == "street")
+        return demo::make_street();
     throw std::invalid_argument("there is no built-in scene '" + name + "'");
 }
 

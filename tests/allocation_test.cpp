@@ -25,14 +25,22 @@
 namespace {
 
 std::atomic<std::size_t> allocations{0};
+/// The number of the allocation that fails.
+std::atomic<std::size_t> failing{0};
+
+bool next_one_fails() noexcept {
+    return allocations.fetch_add(1, std::memory_order_relaxed) + 1 == failing.load(std::memory_order_relaxed);
+}
 
 void* counted(std::size_t size) noexcept {
-    allocations.fetch_add(1, std::memory_order_relaxed);
+    if (next_one_fails())
+        return nullptr;
     return std::malloc(size > 0 ? size : 1);
 }
 
 void* counted(std::size_t size, std::align_val_t alignment) noexcept {
-    allocations.fetch_add(1, std::memory_order_relaxed);
+    if (next_one_fails())
+        return nullptr;
     const auto line = static_cast<std::size_t>(alignment);
     return std::aligned_alloc(line, (size + line - 1) / line * line);
 }
@@ -110,6 +118,61 @@ TEST_CASE("a warm query allocates nothing") {
             CHECK(allocations_of_a_pass(mesh, points, all) == 0);
         }
     }
+}
+
+TEST_CASE("a warm query of points with mixed footprints allocates nothing") {
+    test::Random random(33);
+    const auto scene = test::boxes_on_floor(random, 3);
+    const auto lights = test::random_lights(random, 80);
+    std::vector<lightmesh::SurfacePoint> points;
+    for (const test::SurfacePoint& p : test::surface_points(random, scene, 60))
+        points.push_back({.position = p.position,
+                          .normal = p.normal,
+                          .footprint = static_cast<float>(random.uniform(0.0, 2.0))});
+    std::vector<float> all(points.size() * lights.size());
+    for (const lightmesh::ShortTest short_test : test::all_short_tests) {
+        const lightmesh::LightMesh mesh{
+            test::PlainTracer{&scene}, lights,
+            lightmesh::Settings{.radius = 0.7f, .quality = 2.0f, .short_test = short_test}};
+        const auto allocations_of_a_pass = [&] {
+            const std::size_t before = allocations.load();
+            mesh.visibility(points, all);
+            mesh.visibility(points[0], std::span(all).first(lights.size()));
+            mesh.visibility(points[1], std::size_t{1});
+            mesh.fill(points);
+            return allocations.load() - before;
+        };
+        CHECK(allocations_of_a_pass() > 0);
+        CHECK(allocations_of_a_pass() == 0);
+    }
+}
+
+TEST_CASE("an allocation that fails while a level is made loses and changes nothing") {
+    test::Random random(34);
+    const auto scene = test::boxes_on_floor(random, 2);
+    const auto lights = test::random_lights(random, 9);
+    const lightmesh::Settings settings{.radius = 0.4f, .quality = 2.0f};
+    const lightmesh::SurfacePoint point{
+        .position = {0.3f, 0.2f, -3.0f}, .normal = {0.0f, 0.0f, 1.0f}, .footprint = 1.5f};
+    std::vector<float> expected(lights.size());
+    lightmesh::LightMesh{test::PlainTracer{&scene}, lights, settings}.visibility(point, expected);
+    std::size_t failures = 0;
+    for (bool has_failed = true; has_failed; failures += has_failed ? 1 : 0) {
+        const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights, settings};
+        std::vector<float> all(lights.size());
+        has_failed = false;
+        failing = allocations.load() + failures + 1;
+        try {
+            mesh.visibility(point, all);
+        } catch (const std::bad_alloc&) {
+            has_failed = true;
+        }
+        failing = 0;
+        if (has_failed)
+            mesh.visibility(point, all);
+        CHECK(all == expected);
+    }
+    CHECK(failures > 5);
 }
 
 TEST_CASE("a warm query of a visibility cache allocates nothing") {

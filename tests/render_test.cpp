@@ -21,6 +21,7 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -50,6 +51,7 @@ std::unique_ptr<demo::Visibility> visibility_in(const Stage& stage, const std::s
     options.settings.quality = stage.scene.quality;
     options.settings.short_test = lightmesh::ShortTest::exact;
     options.settings.shadow_map_size = 256;
+    options.settings.footprint_scale = 0.0f;  // The pixels of so small pictures are as wide as steps.
     options.depth = demo::DepthSource::embree;
     return demo::make_visibility(algorithm, stage.embree, options);
 }
@@ -113,6 +115,25 @@ TEST_CASE("the stored pictures tell the algorithms apart") {
         CHECK(demo::mean_absolute_difference(stored("express"), lmm) > 0.002);
         CHECK(demo::mean_absolute_difference(stored("linked"), lmm) <
               0.7 * demo::mean_absolute_difference(stored("express"), lmm));
+    }
+}
+
+TEST_CASE("a light mesh is told how wide pixels are") {
+    const Stage stage("street");
+    demo::VisibilityOptions options;
+    options.settings.radius = 2.0f;
+    demo::RenderOptions small;
+    small.width = 64;
+    small.height = 48;
+    for (const float scale : {0.0f, 1.0f}) {
+        options.settings.footprint_scale = scale;
+        const auto visibility = demo::make_visibility("express", stage.embree, options);
+        demo::RenderStatistics statistics;
+        demo::render(stage.embree, *visibility, small, statistics);
+        const std::optional<lightmesh::MeshStatistics> held = visibility->mesh();
+        REQUIRE(held.has_value());
+        CHECK((held->light_points_of_level[1] > 0) == (scale > 0.0f));
+        CHECK(held->light_points_of_level[0] > 0);
     }
 }
 

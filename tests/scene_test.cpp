@@ -95,6 +95,8 @@ TEST_CASE("the built-in scenes have exactly the triangles and lights they are kn
     CHECK(demo::make_park().lights.size() == 64);
     CHECK(demo::make_rooms().triangles.size() == 97538);
     CHECK(demo::make_rooms().lights.size() == 36);
+    CHECK(demo::make_street().triangles.size() == 134728);
+    CHECK(demo::make_street().lights.size() == 64);
 }
 
 TEST_CASE("the built-in scenes are the same to the last bit with every compiler") {
@@ -102,6 +104,7 @@ TEST_CASE("the built-in scenes are the same to the last bit with every compiler"
     CHECK(fingerprint(demo::make_spheres()) == 14854768534095745953ULL);
     CHECK(fingerprint(demo::make_park()) == 1976375601634144084ULL);
     CHECK(fingerprint(demo::make_rooms()) == 16652981455499529757ULL);
+    CHECK(fingerprint(demo::make_street()) == 3071032065263591419ULL);
 }
 
 TEST_CASE("the built-in scenes are sound") {

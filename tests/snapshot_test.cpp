@@ -258,6 +258,11 @@ TEST_CASE("every changed byte and every shorter length of a snapshot is refused 
     Work work(ShortTest::linked, 3, 2);
     const Mesh mesh = work.mesh();
     ask(mesh, work.points[0]);
+    std::vector<float> unused(3);
+    mesh.visibility({.position = work.points[0].position,
+                     .normal = work.points[0].normal,
+                     .footprint = 3.0f / work.settings.footprint_scale},
+                    unused);
     Bytes bytes = mesh.snapshot();
     const std::size_t stride = bytes.size() > 20000 ? 7 : 1;
     const auto refused = [](std::span<const std::byte> some) {

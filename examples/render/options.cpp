@@ -104,7 +104,8 @@ CLI::Validator finite_range(float low, float high) {
 }
 
 void add_file_options(CLI::App& command, SceneOptions& options) {
-    command.add_option("scene", options.scene, "park, spheres, rooms, or a file: OBJ, glTF, GLB, PLY")
+    command
+        .add_option("scene", options.scene, "park, spheres, rooms, street, or a file: OBJ, glTF, GLB, PLY")
         ->required();
     command.add_option("--lights", options.lights, "spread so many point lights over the scene, for its own")
         ->check(CLI::Range(1, 1000000));

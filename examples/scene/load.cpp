@@ -6,7 +6,7 @@
 namespace demo {
 
 const std::vector<std::string>& built_in_scenes() {
-    static const std::vector<std::string> names{"park", "spheres", "rooms"};
+    static const std::vector<std::string> names{"park", "spheres", "rooms", "street"};
     return names;
 }
 
@@ -19,6 +19,9 @@ Scene load_scene(const std::string& name_or_file, const ImportOptions& options) 
     }
     if (name_or_file == "rooms") {
         return make_rooms();
+    }
+    if (name_or_file == "street") {
+        return make_street();
     }
     return import_scene(name_or_file, options);
 }

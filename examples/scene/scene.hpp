@@ -128,10 +128,11 @@ struct ImportOptions {
 };
 
 /// The built-in scenes, always the same to the last bit: `spheres` 2,028 triangles, `park` 145,970 triangles,
-/// `rooms` an interior of 36 rooms with thin walls.
+/// `rooms` an interior of 36 rooms with thin walls, `street` 212 m of houses and lamps at true scale.
 Scene make_spheres();
 Scene make_park();
 Scene make_rooms();
+Scene make_street();
 
 /// The lights as a light mesh takes them.
 std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene);

@@ -4,13 +4,14 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/bounds.hpp>
-#include <lightmesh/fill/mesh_filler.hpp>
+#include <lightmesh/fill/mesh_levels.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/merge.hpp>
 #include <lightmesh/mesh/snapshot_reader.hpp>
 #include <lightmesh/mesh/snapshot_writer.hpp>
+#include <lightmesh/query/level_query.hpp>
 #include <lightmesh/query/query.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
@@ -20,7 +21,6 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <array>
 #include <concepts>
 #include <cstddef>
 #include <memory>
@@ -46,6 +46,15 @@ namespace lightmesh {
 /// side that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero
 /// normal has no hemisphere: the result is the exact shadow ray of the case m = 0, with chi = 1. A finite
 /// point whose light points have no index (farther than 2^24 steps from the origin) throws std::out_of_range.
+///
+/// Where pixels are wide, a fine grid would need many light points for each. So a `SurfacePoint` is served by
+/// the finest of the grids of radius 2^k r, and as many light points per radius, whose step is wider than
+/// `Settings::footprint_scale` of its footprints. In the last fifth of an octave of footprints the values of
+/// two such levels are blended, so that nothing jumps where they change. There are 25 levels, or as many as
+/// have a radius up to 1e18; wider footprints, also infinite ones, are served by the last. What is asked
+/// without a footprint (or with one that is 0, negative or NaN) is served by level 0, the grid of radius r.
+/// Shadow maps and volumes are shared by all levels: what hides a light must be as far from it as level 0
+/// asks.
 template <class Tracer, class Source = Rays>
 class LightMesh {
     static_assert(check_intersector<Tracer>());
@@ -55,7 +64,7 @@ public:
     /// the value for settings out of range and lights that are not finite.
     LightMesh(Tracer tracer, std::span<const Light> lights,
               const Settings& settings) requires std::same_as<Source, Rays>
-        : filler_(std::make_unique<const Filler>(std::move(tracer), lights, settings)) {}
+        : levels_(std::make_unique<const Levels>(std::move(tracer), lights, settings)) {}
 
     /// The same with long tests by something else than rays. `source` is either a `DepthRenderer`, for shadow
     /// maps (LMM+ATK): nothing is rendered before a query needs it. Throws std::invalid_argument also for a
@@ -65,7 +74,7 @@ public:
     /// triangle that is not finite.
     LightMesh(Tracer tracer, Source source, std::span<const Light> lights,
               const Settings& settings) requires(!std::same_as<Source, Rays>)
-        : filler_(std::make_unique<const Filler>(std::move(tracer), lights, settings, std::move(source),
+        : levels_(std::make_unique<const Levels>(std::move(tracer), lights, settings, std::move(source),
                                                  lights, settings)) {}
 
     /// Number of lights: the columns of a query's result.
@@ -73,14 +82,14 @@ public:
     /// As they were passed in.
     std::span<const Light> lights() const { return data().user_lights(); }
     /// The mesh's copy of the adapter.
-    const Tracer& tracer() const { return filler_->tracer(); }
-    /// Where the light points lie.
+    const Tracer& tracer() const { return levels_->tracer(); }
+    /// Where the light points of level 0 lie.
     const Grid& grid() const { return data().grid(); }
     /// As they were passed in.
     const Settings& settings() const { return data().settings(); }
     /// How V(L, x) is found.
     LongTest long_test() const {
-        constexpr LongTest kind = Filler::LongTestsType::kind;
+        constexpr LongTest kind = Levels::LongTestsType::kind;
         return kind == LongTest::shadow_maps && settings().refine_shadow_maps ? LongTest::refined_shadow_maps
                                                                               : kind;
     }
@@ -89,17 +98,16 @@ public:
     /// std::out_of_range for a light that is not there. `spent`, if given, has this query's cost added.
     float visibility(const glm::vec3& point, const glm::vec3& normal, std::size_t light,
                      QueryStatistics* spent = nullptr) const {
-        if (light >= light_count())
-            throw_no_such_light(light);
-        return detail::query_one(*filler_, point, normal, light, spent);
+        check_light_exists(light);
+        count_points(spent, 1);
+        return detail::query_one(levels_->finest(), point, normal, light, spent);
     }
 
     /// S_i(P) of every light, in one pass over the neighbours: much cheaper than light by light, and the same
     /// values. Throws std::invalid_argument if `all` does not have exactly `light_count()` places.
     void visibility(const glm::vec3& point, const glm::vec3& normal, std::span<float> all,
                     QueryStatistics* spent = nullptr) const {
-        detail::require_size("visibilities", all.size(), light_count());
-        detail::BlockQuery(*filler_, spent).run({&point, 1}, {&normal, 1}, all);
+        visibility({&point, 1}, {&normal, 1}, all, spent);
     }
 
     /// S_i(P) of every light for many points, which share the rays' batches: the same values, faster for
@@ -109,28 +117,30 @@ public:
                     std::span<float> all, QueryStatistics* spent = nullptr) const {
         detail::require_size("normals", normals.size(), points.size());
         detail::require_size("visibilities", all.size(), points.size() * light_count());
-        detail::BlockQuery(*filler_, spent).run(points, normals, all);
+        count_points(spent, points.size());
+        detail::BlockQuery(levels_->finest(), spent).run({points, normals}, all);
     }
 
-    /// The same for points that carry more than P and n. A light mesh uses these two.
+    /// The same for a point that carries more than P and n: of that a light mesh uses the footprint.
     float visibility(const SurfacePoint& point, std::size_t light, QueryStatistics* spent = nullptr) const {
-        return visibility(point.position, point.normal, light, spent);
+        check_light_exists(light);
+        count_points(spent, 1);
+        return detail::query_one(*levels_, point, light, spent);
     }
     /// As above.
     void visibility(const SurfacePoint& point, std::span<float> all, QueryStatistics* spent = nullptr) const {
-        visibility(point.position, point.normal, all, spent);
+        visibility({&point, 1}, all, spent);
     }
-    /// As above.
+    /// As above. Points of one level share what neighbours share, whatever lies between them in the list.
     void visibility(std::span<const SurfacePoint> points, std::span<float> all,
                     QueryStatistics* spent = nullptr) const {
         detail::require_size("visibilities", all.size(), points.size() * light_count());
-        detail::BlockQuery query(*filler_, spent);
-        for_each_block(points, [&](std::size_t first, std::span<const glm::vec3> positions,
-                                   std::span<const glm::vec3> normals) {
-            query.run(positions, normals,
-                      all.subspan(first * light_count(), positions.size() * light_count()));
-            return true;
-        });
+        count_points(spent, points.size());
+        Query query(*levels_, spent);
+        for (std::size_t first = 0; first < points.size(); first += Query::most_points) {
+            const std::span<const SurfacePoint> block = block_of(points, first);
+            query.run(block, all.subspan(first * light_count(), block.size() * light_count()));
+        }
     }
 
     /// Finds and stores ahead of queries what they will need at these points: then they are as fast as on a
@@ -139,12 +149,14 @@ public:
     /// parts of the points each.
     template <class Progress>
     bool fill(std::span<const SurfacePoint> points, Progress&& progress) const {
-        detail::BlockQuery query(*filler_, nullptr);
-        return for_each_block(points, [&](std::size_t first, std::span<const glm::vec3> positions,
-                                          std::span<const glm::vec3> normals) {
-            query.fill(positions, normals);
-            return static_cast<bool>(progress(first + positions.size(), points.size()));
-        });
+        Query query(*levels_, nullptr);
+        for (std::size_t first = 0; first < points.size(); first += Query::most_points) {
+            const std::span<const SurfacePoint> block = block_of(points, first);
+            query.fill(block);
+            if (!static_cast<bool>(progress(first + block.size(), points.size())))
+                return false;
+        }
+        return true;
     }
     /// The same without progress.
     void fill(std::span<const SurfacePoint> points) const {
@@ -154,10 +166,11 @@ public:
     /// All that the mesh knows, as one block of bytes that can be saved, sent, merged into another mesh, and
     /// read in place by a `SnapshotView`. Meshes that know the same have the same bytes. May be taken while
     /// other threads query. Throws std::bad_alloc.
-    std::vector<std::byte> snapshot() const { return detail::SnapshotWriter(data()).write(long_test()); }
+    std::vector<std::byte> snapshot() const { return detail::write_snapshot(*levels_, long_test()); }
 
-    /// Adds what a snapshot knows and this mesh lacks: of a mesh with the same radius, quality, origin and
-    /// kind of long tests, adaptive or not, of the same scene. Lights belong together by their numbers; those
+    /// Adds what a snapshot knows and this mesh lacks, level by level: of a mesh with the same radius,
+    /// quality, origin and kind of long tests, adaptive or not, of the same scene. Its
+    /// `Settings::footprint_scale` may be another one. Lights belong together by their numbers; those
     /// that differ contribute nothing, nor does anything that may have to do with the boxes in `changed`,
     /// where the scene is another one than it was for the snapshot. `bytes` must begin at a multiple of 16.
     ///
@@ -167,43 +180,34 @@ public:
     /// meanwhile.
     void merge(std::span<const std::byte> bytes, std::span<const Bounds> changed = {}) {
         const detail::SnapshotReader from(bytes);
-        detail::Merge(filler_->data(), from, long_test(), changed).run();
+        detail::Merge(*levels_, from, long_test(), changed).run();
     }
 
     /// What the mesh holds by now. Walks over all of it.
-    MeshStatistics statistics() const { return filler_->statistics(); }
+    MeshStatistics statistics() const { return levels_->statistics(); }
 
 private:
-    using Filler = detail::MeshFiller<Tracer, typename detail::LongTestsOf<Source>::Type>;
+    using Levels = detail::MeshLevels<Tracer, typename detail::LongTestsOf<Source>::Type>;
+    using Query = detail::LevelQuery<Levels>;
 
-    const detail::MeshData& data() const { return filler_->data(); }
+    const detail::MeshData& data() const { return levels_->finest().data(); }
 
-    /// Calls visit(first, positions, normals) for blocks of points, until it returns false; returns whether
-    /// it never did.
-    template <class Visitor>
-    static bool for_each_block(std::span<const SurfacePoint> points, Visitor&& visit) {
-        constexpr std::size_t block = 256;
-        std::array<glm::vec3, block> positions;
-        std::array<glm::vec3, block> normals;
-        for (std::size_t first = 0; first < points.size(); first += block) {
-            const std::size_t size = (std::min)(block, points.size() - first);
-            for (std::size_t i = 0; i < size; ++i) {
-                positions[i] = points[first + i].position;
-                normals[i] = points[first + i].normal;
-            }
-            if (!visit(first, std::span<const glm::vec3>(positions).first(size),
-                       std::span<const glm::vec3>(normals).first(size)))
-                return false;
-        }
-        return true;
+    static std::span<const SurfacePoint> block_of(std::span<const SurfacePoint> points, std::size_t first) {
+        return points.subspan(first, (std::min)(Query::most_points, points.size() - first));
     }
 
-    [[noreturn]] void throw_no_such_light(std::size_t light) const {
-        throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) + "; the mesh has " +
-                                std::to_string(light_count()));
+    static void count_points(QueryStatistics* spent, std::size_t count) {
+        if (spent != nullptr)
+            spent->points += count;
     }
 
-    std::unique_ptr<const Filler> filler_;
+    void check_light_exists(std::size_t light) const {
+        if (light >= light_count())
+            throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) +
+                                    "; the mesh has " + std::to_string(light_count()));
+    }
+
+    std::unique_ptr<const Levels> levels_;
 };
 
 /// Which kernels queries use on this processor, chosen when the first query runs: "AVX-512", "AVX2" or

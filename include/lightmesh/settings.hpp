@@ -39,6 +39,11 @@ struct Settings {
     /// the others only if these disagree, else they are taken for the same. Saves a third of the rays in
     /// foliage and two thirds elsewhere. `ShortTest::exact` does without.
     bool adaptive_long_tests = true;
+    /// Where pixels are wide, light points need not be dense: a point with a `SurfacePoint::footprint` is
+    /// served by the finest level of the mesh, with radius and step 2^k times as wide, whose step is wider
+    /// than this many footprints. On levels above 0 the blur's radius is q to 2 q times as many pixels; less
+    /// is nearer to what r asks for, more makes the first frame faster. At least 0; 0: no levels.
+    float footprint_scale = 1.0f;
     /// One point of the grid, in world units, of magnitude up to 1e18; all others lie at origin + h * (i, j,
     /// k). NaN, the default, stands for an uneven fraction of the step in each axis, so that walls at round
     /// coordinates do not lie on grid planes.

@@ -12,9 +12,10 @@
 #include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/mesh/mesh_view.hpp>
+#include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/snapshot_reader.hpp>
 #include <lightmesh/query/query.hpp>
+#include <lightmesh/query/query_point.hpp>
 #include <lightmesh/query/view_query.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
@@ -70,6 +71,7 @@ public:
     /// S_i(P) of every light without a tracer, as `LightMesh::visibility`; NaN for what needs a ray or a word
     /// that is not there. So with `ShortTest::none` all that was asked before is answered, but points without
     /// neighbours; with the other short tests lights that cannot reach the point are 0, and all others NaN.
+    /// A point with a footprint is answered where what its levels need was asked before.
     /// Of a cache what was asked before is answered where no ray guards against leaks, which is most of flat
     /// surfaces. Returns the number of NaN, also those of points or normals that are not finite. Throws as
     /// `LightMesh::visibility`.
@@ -81,9 +83,11 @@ public:
         check_size(all);
         if (cache_)
             return query_cache(at, all);
-        const glm::vec3& point = at.position;
-        const glm::vec3& normal = at.normal;
-        return detail::query_view(reader_->view(), point, normal, all);
+        const detail::LevelChoice choice = reader_->rule()(at.footprint);
+        query_level(choice.level, at, 1.0f, all);
+        if (choice.is_between())
+            query_level(choice.level + 1, at, choice.coarser_share, all);
+        return count_unknown(all);
     }
 
     /// The same as the live mesh gives, to the bit, if `tracer` is of the same scene: rays of it are short
@@ -106,19 +110,49 @@ public:
             query_cache(tracer, at, all);
             return;
         }
-        const glm::vec3& point = at.position;
-        const glm::vec3& normal = at.normal;
-        try {
-            detail::BlockQuery(detail::FrozenFiller<Tracer>(tracer, reader_->view()), spent)
-                .run({&point, 1}, {&normal, 1}, all);
-        } catch (const detail::NotInSnapshot&) {
-            const detail::MeshFiller<Tracer, detail::RayLongTests> fresh(
-                tracer, reader_->user_lights(), reader_->settings(), reader_->grid());
-            detail::BlockQuery(fresh, spent).run({&point, 1}, {&normal, 1}, all);
-        }
+        if (spent != nullptr)
+            ++spent->points;
+        const detail::LevelChoice choice = reader_->rule()(at.footprint);
+        query_level(tracer, choice.level, at, 1.0f, all, spent);
+        if (choice.is_between())
+            query_level(tracer, choice.level + 1, at, choice.coarser_share, all, spent);
     }
 
 private:
+    /// Of what is in `all` the values of the level replace `share`.
+    void query_level(int k, const SurfacePoint& at, float share, std::span<float> all) const {
+        if (const detail::SnapshotLevel* level = reader_->find(k))
+            detail::query_view(level->view(), at.position, at.normal, share, all);
+        else
+            detail::query_nothing(reader_->grid_of(k), reader_->lights(), at.position, at.normal, all);
+    }
+
+    /// The same; what the snapshot lacks is found anew.
+    template <class Tracer>
+    void query_level(const Tracer& tracer, int k, const SurfacePoint& at, float share, std::span<float> all,
+                     QueryStatistics* spent) const {
+        const detail::PointBatch batch{
+            .positions = {&at.position, 1}, .normals = {&at.normal, 1}, .shares = {&share, 1}};
+        if (const detail::SnapshotLevel* level = reader_->find(k)) {
+            try {
+                detail::BlockQuery(detail::FrozenFiller<Tracer>(tracer, level->view()), spent)
+                    .run(batch, all);
+                return;
+            } catch (const detail::NotInSnapshot&) {
+            }
+        }
+        const detail::RayLongTests long_tests;
+        const detail::MeshFiller<Tracer, detail::RayLongTests> fresh(
+            tracer, long_tests, reader_->user_lights(), detail::settings_of_level(reader_->settings(), k),
+            reader_->grid_of(k));
+        detail::BlockQuery(fresh, spent).run(batch, all);
+    }
+
+    static std::size_t count_unknown(std::span<const float> all) {
+        return static_cast<std::size_t>(
+            std::ranges::count_if(all, [](float lit) { return std::isnan(lit); }));
+    }
+
     std::size_t query_cache(const SurfacePoint& at, std::span<float> all) const {
         const detail::NoTracer nothing;
         const detail::FrozenCacheStore<detail::NoTracer> store(nothing, *cache_);
@@ -134,8 +168,7 @@ private:
                 }
             }
         }
-        return static_cast<std::size_t>(
-            std::ranges::count_if(all, [](float lit) { return std::isnan(lit); }));
+        return count_unknown(all);
     }
 
     template <class Tracer>

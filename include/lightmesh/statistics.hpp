@@ -7,7 +7,10 @@
 
 namespace lightmesh {
 
-/// What a light mesh holds and what it took to fill it: `LightMesh::statistics()`.
+/// Levels of a light mesh, by `SurfacePoint::footprint`, are 0 .. `most_mesh_levels` - 1.
+inline constexpr std::size_t most_mesh_levels = 25;
+
+/// What a light mesh holds and what it took to fill it, all levels together: `LightMesh::statistics()`.
 struct MeshStatistics {
     std::size_t light_points = 0;  ///< those whose visibility of at least one light is stored
     std::size_t bricks = 0;        ///< blocks of 4x4x4 light points
@@ -15,9 +18,13 @@ struct MeshStatistics {
     std::uint64_t long_rays = 0;   ///< rays of the Intersector spent on them
     std::uint64_t link_rays = 0;   ///< rays of the Intersector between neighbouring light points
     std::size_t bytes = 0;         ///< all memory of the mesh but its adapters
+    /// The same for each level: the one of radius 2^k r at [k]; 0 where there is none.
+    std::array<std::size_t, most_mesh_levels> light_points_of_level{};
+    std::array<std::size_t, most_mesh_levels> bytes_of_level{};  ///< without what levels share
 };
 
-/// What queries spent, for those that ask: pass a pointer to one, for each thread its own.
+/// What queries spent, for those that ask: pass a pointer to one, for each thread its own. A point between
+/// two levels spends rays for both, and may be empty in both.
 struct QueryStatistics {
     std::uint64_t points = 0;        ///< surface points queried
     std::uint64_t short_rays = 0;    ///< rays from surface points to light points

@@ -12,7 +12,8 @@ struct SurfacePoint {
     glm::vec3 normal{0.0f};
     /// How wide the pixel's cone is at P, across the ray and not stretched by the surface's slope: the
     /// pixel's angle times the length of the path from the eye, through mirrors and glass the whole path. 0,
-    /// NaN or negative: unknown. What is stored never depends on it.
+    /// NaN or negative: unknown. It chooses how fine the stored values are that serve the point (see
+    /// `LightMesh`, `VisibilityCache`); what is stored never depends on it.
     float footprint = 0.0f;
     /// The interpolated normal of smooth shading, of any length, for a `VisibilityCache`; zero, not finite or
     /// on the other side than `normal`: there is none. Light that ends at a facet's plane would show the

@@ -40,10 +40,12 @@ using lightmesh::detail::SnapshotHeader;
 using Mesh = lightmesh::LightMesh<test::PlainTracer>;
 using Bytes = std::vector<std::byte>;
 
-/// Meshes of one small room, which lies in one region of the grid.
+/// Meshes of one small room, which lies in one region of the grid. The last point lies between two levels.
 struct Example {
-    static constexpr std::array<test::SurfacePoint, 2> points{
-        {{{0.4f, 0.3f, -1.0f}, {0.0f, 0.0f, 1.0f}}, {{-0.6f, 1.0f, 0.2f}, {0.0f, -1.0f, 0.0f}}}};
+    static constexpr std::array<lightmesh::SurfacePoint, 3> points{
+        {{{0.4f, 0.3f, -1.0f}, {0.0f, 0.0f, 1.0f}},
+         {{-0.6f, 1.0f, 0.2f}, {0.0f, -1.0f, 0.0f}},
+         {{0.2f, -0.3f, -1.0f}, {0.0f, 0.0f, 1.0f}, 0.75f}}};
 
     static const std::vector<test::Triangle>& scene() {
         static const std::vector<test::Triangle> made = [] {
@@ -62,16 +64,20 @@ struct Example {
     Example(lightmesh::ShortTest short_test, int light_count) {
         test::Random random(17);
         lights = test::random_lights(random, light_count);
-        settings = {.radius = 0.8f, .quality = 2.0f, .short_test = short_test, .origin = glm::vec3(-6.4f)};
+        settings = {.radius = 0.8f,
+                    .quality = 2.0f,
+                    .short_test = short_test,
+                    .footprint_scale = 1.0f,
+                    .origin = glm::vec3(-6.4f)};
     }
 
     Mesh mesh() const { return Mesh{test::PlainTracer{&scene()}, lights, settings}; }
 
-    Bytes snapshot(std::span<const test::SurfacePoint> of) const {
+    Bytes snapshot(std::span<const lightmesh::SurfacePoint> of) const {
         const Mesh asked = mesh();
         std::vector<float> lit(lights.size());
-        for (const test::SurfacePoint& point : of)
-            asked.visibility(point.position, point.normal, lit);
+        for (const lightmesh::SurfacePoint& point : of)
+            asked.visibility(point, lit);
         return asked.snapshot();
     }
 };
@@ -88,13 +94,13 @@ const std::vector<Example>& examples() {
     return made;
 }
 
-/// What the fuzzer starts from: of each example what its first point, its second and both need.
+/// What the fuzzer starts from: of each example what its first point, its last two and all need.
 const std::vector<Bytes>& first_inputs() {
     static const std::vector<Bytes> made = [] {
         std::vector<Bytes> all;
         for (const Example& example : examples()) {
-            const std::span<const test::SurfacePoint> points = Example::points;
-            for (const auto& some : {points.first(1), points.last(1), points})
+            const std::span<const lightmesh::SurfacePoint> points = Example::points;
+            for (const auto& some : {points.first(1), points.last(2), points})
                 all.push_back(example.snapshot(some));
         }
         return all;
@@ -132,15 +138,14 @@ void ask(const lightmesh::SnapshotView& view) {
     if (view.light_count() > 200)
         return;
     std::vector<float> lit(view.light_count());
-    for (const test::SurfacePoint& point : Example::points) {
-        const bool has_answers = succeeds([&] { view.visibility(point.position, point.normal, lit); });
+    for (const lightmesh::SurfacePoint& point : Example::points) {
+        const bool has_answers = succeeds([&] { view.visibility(point, lit); });
         if (has_answers)
             check_visibilities(lit);
         if (view.settings().quality > 3.0f)
             continue;
-        const bool has_traced = succeeds([&] {
-            view.visibility(test::PlainTracer{&Example::scene()}, point.position, point.normal, lit);
-        });
+        const bool has_traced =
+            succeeds([&] { view.visibility(test::PlainTracer{&Example::scene()}, point, lit); });
         if (has_traced)
             check_visibilities(lit);
     }
@@ -161,8 +166,8 @@ void merge(const Example& example, const Bytes& known, const Bytes& bytes,
     require(succeeds([&] { const lightmesh::SnapshotView view{std::span<const std::byte>(after)}; }),
             "the bytes of a mesh cannot be read");
     std::vector<float> lit(mesh.light_count());
-    for (const test::SurfacePoint& point : Example::points) {
-        mesh.visibility(point.position, point.normal, lit);
+    for (const lightmesh::SurfacePoint& point : Example::points) {
+        mesh.visibility(point, lit);
         check_visibilities(lit);
     }
 }

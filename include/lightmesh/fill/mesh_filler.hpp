@@ -4,12 +4,9 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/fill/flood_fill.hpp>
 #include <lightmesh/fill/long_fill.hpp>
-#include <lightmesh/fill/long_test.hpp>
-#include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
-#include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 
 #include <glm/vec3.hpp>
@@ -18,27 +15,18 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <utility>
 
 namespace lightmesh::detail {
 
 /// A mesh's data with the adapters that add to it when queries lack something. To its users it is constant,
-/// and any number of threads may ask.
+/// and any number of threads may ask. The adapters are somebody else's.
 template <Intersector Tracer, class LongTests>
 class MeshFiller {
 public:
-    using LongTestsType = LongTests;
-
-    template <class... LongTestArguments>
-    MeshFiller(Tracer tracer, std::span<const Light> lights, const Settings& settings,
-               LongTestArguments&&... long_tests)
-        : tracer_(std::move(tracer)), data_(lights, settings),
-          long_tests_(std::forward<LongTestArguments>(long_tests)...) {}
-
-    /// By rays, on a grid that may have its origin from elsewhere.
-    MeshFiller(Tracer tracer, std::span<const Light> lights, const Settings& settings, const Grid& grid)
-        : tracer_(std::move(tracer)), data_(lights, settings, grid) {}
+    /// The other arguments are those of `MeshData`.
+    template <class... DataArguments>
+    MeshFiller(const Tracer& tracer, const LongTests& long_tests, const DataArguments&... data)
+        : tracer_(tracer), long_tests_(long_tests), data_(data...) {}
 
     const Tracer& tracer() const { return tracer_; }
     MeshData& data() const { return data_; }
@@ -63,7 +51,7 @@ public:
         return found + 1;
     }
 
-    /// Walks over all that is stored.
+    /// Walks over all that is stored. Without what adapters and lights take.
     MeshStatistics statistics() const {
         MeshStatistics sum;
         const MeshView mesh = data_.view();
@@ -79,14 +67,14 @@ public:
         sum.long_tests = long_tests_done_.load(std::memory_order_relaxed);
         sum.long_rays = long_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
-        sum.bytes = data_.bytes() + sizeof *this - sizeof data_ + long_tests_.bytes();
+        sum.bytes = data_.bytes() + sizeof *this - sizeof data_;
         return sum;
     }
 
 private:
-    Tracer tracer_;
+    const Tracer& tracer_;
+    const LongTests& long_tests_;
     mutable MeshData data_;
-    LongTests long_tests_;
     mutable std::atomic<std::uint64_t> long_tests_done_{0};
     mutable std::atomic<std::uint64_t> long_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};

@@ -22,8 +22,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -114,36 +116,33 @@ class LightTable {
 public:
     /// Throws what `check_light` throws.
     LightTable(std::span<const Light> lights, const Grid& grid)
-        : shapes_(checked(lights)), order_(shapes_),
-          tiles_((lights.size() + lights_per_tile - 1) / lights_per_tile),
-          step_(static_cast<float>(grid.step())), reach_(static_cast<float>(grid.step() * Grid::max_index)) {
-        for (std::size_t place = 0; place < shapes_.size(); ++place) {
-            tiles_[place / lights_per_tile].set(place % lights_per_tile, shapes_[order_.light_at(place)]);
-        }
-    }
+        : LightTable(std::make_shared<const Lights>(lights), grid) {}
+    /// The lights of another table, which are shared, for another grid.
+    LightTable(const LightTable& other, const Grid& grid) : LightTable(other.lights_, grid) {}
 
-    std::size_t size() const { return shapes_.size(); }
+    std::size_t size() const { return lights_->shapes.size(); }
+    /// Those of all tables together that share the lights.
     std::size_t bytes() const {
-        return shapes_.capacity() * sizeof(LightShape) + order_.bytes() +
-               tiles_.capacity() * sizeof(LightColumns);
+        return sizeof(Lights) + lights_->shapes.capacity() * sizeof(LightShape) + lights_->order.bytes() +
+               lights_->tiles.capacity() * sizeof(LightColumns);
     }
-    const LightOrder& order() const { return order_; }
-    std::size_t tile_count() const { return tiles_.size(); }
+    const LightOrder& order() const { return lights_->order; }
+    std::size_t tile_count() const { return lights_->tiles.size(); }
 
     /// Number of lights in a tile, 1..64.
     int tile_size(std::size_t tile) const {
-        return static_cast<int>((std::min)(lights_per_tile, shapes_.size() - tile * lights_per_tile));
+        return static_cast<int>((std::min)(lights_per_tile, size() - tile * lights_per_tile));
     }
     /// Number of groups in a tile, 1..8.
     int tile_groups(std::size_t tile) const { return (tile_size(tile) + 7) / 8; }
 
     /// The lights of a tile.
-    const LightColumns& tile(std::size_t t) const { return tiles_[t]; }
+    const LightColumns& tile(std::size_t t) const { return lights_->tiles[t]; }
 
     /// Whether a light can reach a point at all: chi of equation (3), range and cone.
     bool can_light(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
-        const std::size_t place = order_.place_of(light);
-        const LightColumns& tile = tiles_[place / lights_per_tile];
+        const std::size_t place = order().place_of(light);
+        const LightColumns& tile = lights_->tiles[place / lights_per_tile];
         return tile.faces_in_range(place % lights_per_tile, point, normal) &&
                tile.inside_cone(place % lights_per_tile, point);
     }
@@ -151,7 +150,7 @@ public:
     /// The segment of a long test. It starts at the light, so that neighbouring segments are coherent. Those
     /// of a directional light, and of one so far away that floats there are coarse, start at the point.
     Segment long_segment(std::size_t light, const glm::vec3& point) const {
-        const LightShape& shape = shapes_[light];
+        const LightShape& shape = lights_->shapes[light];
         if (is_far(shape))
             return {point, far_end(shape, point)};
         return {light_end(shape.at, point, step_), point};
@@ -159,11 +158,29 @@ public:
 
     /// The segment of a shadow ray, from a surface end (see `surface_end`).
     Segment shadow_segment(std::size_t light, const glm::vec3& end) const {
-        const LightShape& shape = shapes_[light];
+        const LightShape& shape = lights_->shapes[light];
         return {end, is_far(shape) ? far_end(shape, end) : light_end(shape.at, end, step_)};
     }
 
 private:
+    /// What does not depend on the grid.
+    struct Lights {
+        explicit Lights(std::span<const Light> lights)
+            : shapes(checked(lights)), order(shapes),
+              tiles((lights.size() + lights_per_tile - 1) / lights_per_tile) {
+            for (std::size_t place = 0; place < shapes.size(); ++place)
+                tiles[place / lights_per_tile].set(place % lights_per_tile, shapes[order.light_at(place)]);
+        }
+
+        std::vector<LightShape> shapes;
+        LightOrder order;
+        std::vector<LightColumns> tiles;
+    };
+
+    LightTable(std::shared_ptr<const Lights> lights, const Grid& grid)
+        : lights_(std::move(lights)), step_(static_cast<float>(grid.step())),
+          reach_(static_cast<float>(grid.step() * Grid::max_index)) {}
+
     static std::vector<LightShape> checked(std::span<const Light> lights) {
         std::vector<LightShape> shapes;
         shapes.reserve(lights.size());
@@ -190,9 +207,7 @@ private:
         return light_end(shape.at, point, step_);
     }
 
-    std::vector<LightShape> shapes_;
-    LightOrder order_;
-    std::vector<LightColumns> tiles_;
+    std::shared_ptr<const Lights> lights_;
     float step_;
     float reach_;
 };

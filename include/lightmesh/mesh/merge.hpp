@@ -55,20 +55,35 @@ inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& b
     return first <= last * (1.0 + 1e-9) + 1e-12;
 }
 
-/// Adds what a snapshot knows and a mesh lacks. What lights that differ see, and what a changed box may have
-/// to do with, is left out.
-class Merge {
+/// What may be taken from a snapshot: lights that are the same, and what has nothing to do with boxes that
+/// have changed.
+struct MergeRules {
+    std::span<const Bounds> changed;
+    std::vector<bool> same_lights;  ///< for each light of the mesh whether the snapshot has it too
+    bool is_plain_copy = false;     ///< all lights are the same, in the same places, and nothing has changed
+};
+
+/// Bits that a mesh and a snapshot both know.
+struct KnownByBoth {
+    std::uint64_t compared = 0;
+    std::uint64_t differing = 0;
+};
+
+/// Adds what a snapshot knows of a level and a mesh lacks.
+class LevelMerge {
 public:
-    Merge(MeshData& data, const SnapshotReader& from, LongTest long_tests, std::span<const Bounds> changed)
-        : data_(data), from_(from), changed_(changed) {
-        check_same_grid(long_tests);
-        find_same_lights();
+    LevelMerge(MeshData& data, const SnapshotLevel& from, const MergeRules& rules)
+        : data_(data), from_(from), rules_(rules) {}
+
+    void compare(KnownByBoth& known) const {
+        const MeshView mine = data_.view();
+        for (const Brick& brick : from_.bricks())
+            if (const Brick* own = mine.find_brick(brick.position()))
+                compare(mine, *own, brick, known);
     }
 
-    /// Throws std::invalid_argument, before anything has changed, if more than one in 1,000 of the bits that
-    /// both know differ; std::bad_alloc.
-    void run() {
-        check_same_scene();
+    /// Throws std::bad_alloc.
+    void add() {
         for (const Brick& brick : from_.bricks()) {
             add_tiles(brick);
             if (!near_change(brick, FloodBox::radius(data_.grid().quality()) + 1.0f)) {
@@ -79,37 +94,6 @@ public:
     }
 
 private:
-    void check_same_grid(LongTest long_tests) const {
-        const Grid& mine = data_.grid();
-        const Grid& theirs = from_.grid();
-        const auto refuse = [](const std::string& what) {
-            throw std::invalid_argument("lightmesh: the snapshot is of another mesh: " + what);
-        };
-        if (mine.radius() != theirs.radius() || mine.quality() != theirs.quality() ||
-            mine.origin() != theirs.origin())
-            refuse("its radius is " + to_text(theirs.radius()) + ", its quality " +
-                   to_text(theirs.quality()) + " and its origin " + to_text(glm::vec3(theirs.origin())) +
-                   ", where this mesh has " + to_text(mine.radius()) + ", " + to_text(mine.quality()) +
-                   " and " + to_text(glm::vec3(mine.origin())));
-        if (long_tests != from_.long_tests())
-            refuse("its long tests are of another kind");
-        if (data_.is_adaptive() != from_.settings().adaptive_long_tests)
-            refuse(data_.is_adaptive() ? "its long tests were all traced, where this mesh has adaptive ones"
-                                       : "its long tests are adaptive, where this mesh traces all");
-    }
-
-    /// For each light of the mesh whether the snapshot has the same; lights keep their numbers.
-    void find_same_lights() {
-        const auto mine = data_.user_lights();
-        const auto theirs = from_.user_lights();
-        same_.resize(mine.size());
-        for (std::size_t i = 0; i < mine.size(); ++i)
-            same_[i] = i < theirs.size() && record_of(mine[i]) == record_of(theirs[i]);
-        // Places follow from the lights.
-        is_plain_copy_ = mine.size() == theirs.size() && changed_.empty() &&
-                         std::ranges::all_of(same_, [](bool is_same) { return is_same; });
-    }
-
     Bounds box_of(const Brick& brick, float margin) const {
         const glm::ivec3 coord = brick.position();
         const auto slack = margin * static_cast<float>(data_.grid().step());
@@ -120,7 +104,7 @@ private:
     /// Whether a changed box lies within so many steps of a brick.
     bool near_change(const Brick& brick, float margin) const {
         const Bounds box = box_of(brick, margin);
-        return std::ranges::any_of(changed_, [&](const Bounds& changed) {
+        return std::ranges::any_of(rules_.changed, [&](const Bounds& changed) {
             return changed.low.x <= box.high.x && changed.low.y <= box.high.y &&
                    changed.low.z <= box.high.z && changed.high.x >= box.low.x &&
                    changed.high.y >= box.low.y && changed.high.z >= box.low.z;
@@ -128,11 +112,11 @@ private:
     }
 
     bool light_counts(const Brick& brick, std::size_t light) const {
-        if (!same_[light])
+        if (!rules_.same_lights[light])
             return false;
         const Bounds box = box_of(brick, 0.0f);
         const LightShape shape = shape_of(data_.user_lights()[light]);
-        return std::ranges::none_of(changed_,
+        return std::ranges::none_of(rules_.changed,
                                     [&](const Bounds& changed) { return crosses(box, shape, changed); });
     }
 
@@ -149,7 +133,7 @@ private:
             const std::size_t light = lights.order().light_at(t * lights_per_tile + l);
             std::uint64_t cells = 0;  // one bit a cell, at its first light point
             if (light_counts(brick, light)) {
-                const std::size_t place = from_.lights().order().place_of(light);
+                const std::size_t place = from_.view().lights->order().place_of(light);
                 const std::size_t their_l = place % lights_per_tile;
                 if (const BrickTile* tile = from_.view().find_tile(brick, place / lights_per_tile)) {
                     cells = tile->known >> (their_l / lights_per_group) & every_byte;
@@ -188,39 +172,27 @@ private:
                 visit(t, known, lit, samples);
     }
 
-    void check_same_scene() const {
-        std::uint64_t compared = 0;
-        std::uint64_t differing = 0;
-        const MeshView mine = data_.view();
-        for (const Brick& brick : from_.bricks()) {
-            const Brick* own = mine.find_brick(brick.position());
-            if (own == nullptr)
-                continue;
-            for_each_tile(
-                brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit, const UniformLights&) {
-                    const BrickTile* tile = mine.find_tile(*own, t);
-                    if (tile == nullptr)
-                        return;
-                    for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(t)); ++l) {
-                        std::uint64_t both = (known & tile->known) >> (l / lights_per_group) & every_byte;
-                        for (; both != 0; both &= both - 1) {
-                            const int first = std::countr_zero(both);
-                            const auto theirs = static_cast<std::uint8_t>(lit[l] >> first);
-                            compared += 8;
-                            differing += static_cast<std::uint64_t>(std::popcount(
-                                static_cast<std::uint32_t>(theirs ^ mine.lit_in_cell(*tile, first / 8, l))));
-                        }
+    void compare(const MeshView& mine, const Brick& own, const Brick& theirs, KnownByBoth& sum) const {
+        for_each_tile(
+            theirs, [&](std::size_t t, std::uint64_t known, const BrickWords& lit, const UniformLights&) {
+                const BrickTile* tile = mine.find_tile(own, t);
+                if (tile == nullptr)
+                    return;
+                for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(t)); ++l) {
+                    std::uint64_t both = (known & tile->known) >> (l / lights_per_group) & every_byte;
+                    for (; both != 0; both &= both - 1) {
+                        const int first = std::countr_zero(both);
+                        const auto bits = static_cast<std::uint8_t>(lit[l] >> first);
+                        sum.compared += 8;
+                        sum.differing += static_cast<std::uint64_t>(std::popcount(
+                            static_cast<std::uint32_t>(bits ^ mine.lit_in_cell(*tile, first / 8, l))));
                     }
-                });
-        }
-        if (1000 * differing > compared)
-            throw std::invalid_argument("lightmesh: the snapshot is not of the same scene: of " +
-                                        std::to_string(compared) + " visibilities that both know " +
-                                        std::to_string(differing) + " differ");
+                }
+            });
     }
 
     void add_tiles(const Brick& brick) {
-        if (is_plain_copy_) {
+        if (rules_.is_plain_copy) {
             const Brick& own = data_.find_or_make_brick(brick.position());
             bool all_copied = true;
             for (std::size_t t = 0; t < data_.lights().tile_count(); ++t)
@@ -258,10 +230,81 @@ private:
     }
 
     MeshData& data_;
+    const SnapshotLevel& from_;
+    const MergeRules& rules_;
+};
+
+/// Adds what a snapshot knows and a mesh lacks, level by level. Throws std::invalid_argument, before anything
+/// has changed, if it is of another mesh, or if more than one in 1,000 of the bits that both know differ;
+/// std::bad_alloc.
+template <class Levels>
+class Merge {
+public:
+    Merge(const Levels& levels, const SnapshotReader& from, LongTest long_tests,
+          std::span<const Bounds> changed)
+        : levels_(levels), from_(from), rules_{.changed = changed, .same_lights = {}} {
+        check_same_grid(long_tests);
+        find_same_lights();
+    }
+
+    void run() {
+        check_same_scene();
+        from_.for_each([&](int k, const SnapshotLevel& level) {
+            if (!level.bricks().empty())
+                LevelMerge(levels_.level(k).data(), level, rules_).add();
+        });
+    }
+
+private:
+    const MeshData& data() const { return levels_.finest().data(); }
+
+    /// Then the grids of all other levels are the same, too.
+    void check_same_grid(LongTest long_tests) const {
+        const Grid& mine = data().grid();
+        const Grid& theirs = from_.finest().grid();
+        const auto refuse = [](const std::string& what) {
+            throw std::invalid_argument("lightmesh: the snapshot is of another mesh: " + what);
+        };
+        if (mine.radius() != theirs.radius() || mine.quality() != theirs.quality() ||
+            mine.origin() != theirs.origin())
+            refuse("its radius is " + to_text(theirs.radius()) + ", its quality " +
+                   to_text(theirs.quality()) + " and its origin " + to_text(glm::vec3(theirs.origin())) +
+                   ", where this mesh has " + to_text(mine.radius()) + ", " + to_text(mine.quality()) +
+                   " and " + to_text(glm::vec3(mine.origin())));
+        if (long_tests != from_.long_tests())
+            refuse("its long tests are of another kind");
+        if (data().is_adaptive() != from_.settings().adaptive_long_tests)
+            refuse(data().is_adaptive() ? "its long tests were all traced, where this mesh has adaptive ones"
+                                        : "its long tests are adaptive, where this mesh traces all");
+    }
+
+    /// Lights keep their numbers.
+    void find_same_lights() {
+        const auto mine = data().user_lights();
+        const auto theirs = from_.user_lights();
+        rules_.same_lights.resize(mine.size());
+        for (std::size_t i = 0; i < mine.size(); ++i)
+            rules_.same_lights[i] = i < theirs.size() && record_of(mine[i]) == record_of(theirs[i]);
+        // Places follow from the lights.
+        rules_.is_plain_copy = mine.size() == theirs.size() && rules_.changed.empty() &&
+                               std::ranges::all_of(rules_.same_lights, [](bool is_same) { return is_same; });
+    }
+
+    void check_same_scene() const {
+        KnownByBoth known;
+        from_.for_each([&](int k, const SnapshotLevel& level) {
+            if (const auto* own = levels_.find(k))
+                LevelMerge(own->data(), level, rules_).compare(known);
+        });
+        if (1000 * known.differing > known.compared)
+            throw std::invalid_argument("lightmesh: the snapshot is not of the same scene: of " +
+                                        std::to_string(known.compared) + " visibilities that both know " +
+                                        std::to_string(known.differing) + " differ");
+    }
+
+    const Levels& levels_;
     const SnapshotReader& from_;
-    std::span<const Bounds> changed_;
-    std::vector<bool> same_;
-    bool is_plain_copy_ = false;  ///< all lights are the same, in the same places, and nothing has changed
+    MergeRules rules_;
 };
 
 }  // namespace lightmesh::detail

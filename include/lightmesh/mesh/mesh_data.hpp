@@ -43,7 +43,13 @@ public:
     /// The same with a grid that may have its origin from elsewhere.
     MeshData(std::span<const Light> lights, const Settings& settings, const Grid& grid)
         : settings_(settings), grid_(grid), lights_(lights, grid_),
-          user_lights_(lights.begin(), lights.end()) {
+          user_lights_(std::make_shared<const std::vector<Light>>(lights.begin(), lights.end())) {
+        grow_table();
+    }
+    /// Nothing known yet about the lights of another mesh, which are shared.
+    MeshData(const MeshData& other, const Settings& settings)
+        : settings_(settings), grid_(settings), lights_(other.lights_, grid_),
+          user_lights_(other.user_lights_) {
         grow_table();
     }
     MeshData(const MeshData&) = delete;
@@ -57,7 +63,7 @@ public:
         return settings_.adaptive_long_tests && settings_.short_test != ShortTest::exact;
     }
     /// As they were passed in.
-    std::span<const Light> user_lights() const { return user_lights_; }
+    std::span<const Light> user_lights() const { return *user_lights_; }
 
     /// What is there by now, and what comes later in regions that are there.
     MeshView view() const {
@@ -173,6 +179,13 @@ public:
         });
     }
 
+    /// Whether any brick is there.
+    bool knows_anything() const {
+        bool found = false;
+        for_each_brick([&](const Brick&) { found = true; });
+        return found;
+    }
+
     /// Calls visit(const Brick&) for all bricks, region by region.
     template <class Visitor>
     void for_each_brick(Visitor&& visit) const {
@@ -187,14 +200,18 @@ public:
         }
     }
 
+    /// Without the lights.
     std::size_t bytes() const {
         const std::scoped_lock lock(growing_);
-        std::size_t sum = sizeof *this + lights_.bytes() + user_lights_.capacity() * sizeof(Light);
+        std::size_t sum = sizeof *this;
         for (const auto& table : tables_)
             sum += sizeof(SlotTable) + table->slots.capacity() * sizeof(std::uint32_t);
         return sum + regions_.bytes() + bricks_.bytes() + tile_indices_.bytes() + tiles_.bytes() +
                rows_.bytes() + words_.bytes();
     }
+
+    /// Of the lights, for all meshes together that share them.
+    std::size_t light_bytes() const { return lights_.bytes() + user_lights_->capacity() * sizeof(Light); }
 
     /// What a cell holds of all lights; 0 for those of unknown groups.
     CellRow row_of(const BrickTile& tile, int cell) const {
@@ -310,7 +327,7 @@ private:
     Settings settings_;
     Grid grid_;
     LightTable lights_;
-    std::vector<Light> user_lights_;
+    std::shared_ptr<const std::vector<Light>> user_lights_;
     std::atomic<const SlotTable*> table_{nullptr};
     mutable std::mutex growing_;
     std::vector<std::unique_ptr<SlotTable>> tables_;

@@ -16,11 +16,13 @@
 
 /// One block of bytes that holds all of a mesh, and can stand anywhere in memory:
 ///
-///     header | lights | region slots | regions | bricks | tile indices | tiles | rows | words
+///     header | lights | levels | region slots | regions | bricks | tile indices | tiles | rows | words
 ///
-/// Sections begin at multiples of 64 bytes. Their structs are those of a live mesh (see `brick.hpp`), with
-/// the same indices from one to the other; regions stand in the order of their keys, and all else in the
-/// order in which regions, bricks and cells name it: meshes that know the same have the same bytes.
+/// Sections begin at multiples of 64 bytes. From the region slots on they hold what the levels know (see
+/// `level.hpp`), level by level. Their structs are those of a live mesh (see `brick.hpp`), with the same
+/// indices from one to the other, counted from where the level's own begin; regions stand in the order of
+/// their keys, and all else in the order in which regions, bricks and cells name it: meshes that know the
+/// same have the same bytes.
 
 namespace lightmesh::detail {
 
@@ -32,6 +34,7 @@ struct SnapshotSection {
 
 enum SnapshotSectionName : std::size_t {
     lights_section,
+    levels_section,
     region_slots_section,
     regions_section,
     bricks_section,
@@ -42,9 +45,20 @@ enum SnapshotSectionName : std::size_t {
     section_count
 };
 
+/// The sections of which each level has a part.
+inline constexpr std::size_t first_level_section = region_slots_section;
+inline constexpr std::size_t level_section_count = section_count - first_level_section;
+
+/// A level but level 0, which is always there, and begins where the sections do.
+struct SnapshotLevelRecord {
+    std::uint64_t level;
+    /// Of each section from `first_level_section` on the first struct of the level.
+    std::array<std::uint64_t, level_section_count> first;
+};
+
 struct SnapshotHeader {
     static constexpr std::array<char, 8> right_magic{'l', 'i', 'g', 'h', 't', 'm', 's', 'h'};
-    static constexpr std::uint32_t right_version = 2;
+    static constexpr std::uint32_t right_version = 3;
     static constexpr std::uint32_t right_byte_order = 0x01020304;
 
     std::array<char, 8> magic;
@@ -52,12 +66,14 @@ struct SnapshotHeader {
     std::uint32_t byte_order;
     std::uint64_t size;      ///< of the whole block in bytes
     std::uint64_t checksum;  ///< of the whole block, this field taken for 0
-    float radius;
+    float radius;            ///< of level 0
     float quality;
-    std::array<double, 3> origin;  ///< `Grid::origin`
+    std::array<double, 3> origin;  ///< `Grid::origin` of level 0
     std::uint32_t short_test;
     std::uint32_t long_tests;  ///< `LongTest`: bits are merged only with those of the same kind
     std::uint32_t adaptive;    ///< 1 if long tests were found by samples, else 0
+    float footprint_scale;
+    std::uint32_t has_given_origin;  ///< 0 if the origin is the one that `Grid` chooses
     std::uint32_t unused;
     std::array<SnapshotSection, section_count> sections;
 };

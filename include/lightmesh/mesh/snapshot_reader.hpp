@@ -5,6 +5,7 @@
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
 #include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/mesh/pool.hpp>
@@ -13,6 +14,8 @@
 #include <lightmesh/mesh/snapshot_format.hpp>
 #include <lightmesh/settings.hpp>
 
+#include <glm/vec3.hpp>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -20,84 +23,65 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lightmesh::detail {
 
-/// A snapshot's parts, read where they stand. Everything is checked first: whatever the bytes are, what
-/// follows neither reads beyond them nor goes on without end. Must not move.
-class SnapshotReader {
+/// What a snapshot knows of a level, read where it stands. Everything is checked first: whatever the bytes
+/// are, what follows neither reads beyond them nor goes on without end. Must not move.
+class SnapshotLevel {
 public:
-    /// Throws std::invalid_argument that says in one sentence what is wrong with the bytes.
-    explicit SnapshotReader(std::span<const std::byte> bytes) : block_(bytes) {
-        read_settings();
-        read_lights();
-        map_sections();
+    struct Parts {
+        std::span<const std::uint32_t> slots;
+        std::span<const Region> regions;
+        std::span<const Brick> bricks;
+        std::span<const std::uint32_t> tile_indices;
+        std::span<const BrickTile> tiles;
+        std::span<const CellRow> rows;
+        std::span<const std::uint64_t> words;
+    };
+
+    /// Throws std::invalid_argument that says in one sentence what is wrong with the parts.
+    SnapshotLevel(const Parts& parts, const Settings& settings, const Grid& grid, const LightTable& lights)
+        : parts_(parts), settings_(settings), grid_(grid), lights_(lights, grid_) {
+        map_parts();
         check_regions();
         check_bricks();
     }
-    SnapshotReader(const SnapshotReader&) = delete;
-    SnapshotReader& operator=(const SnapshotReader&) = delete;
+    SnapshotLevel(const SnapshotLevel&) = delete;
+    SnapshotLevel& operator=(const SnapshotLevel&) = delete;
 
     const Settings& settings() const { return settings_; }
-    const Grid& grid() const { return *grid_; }
-    const LightTable& lights() const { return *lights_; }
-    std::span<const Light> user_lights() const { return user_lights_; }
-    LongTest long_tests() const { return static_cast<LongTest>(header_.long_tests); }
+    const Grid& grid() const { return grid_; }
     const MeshView& view() const { return view_; }
-    std::span<const Brick> bricks() const { return section<Brick>(bricks_section); }
+    std::span<const Brick> bricks() const { return parts_.bricks; }
 
 private:
-    void read_settings() {
-        settings_.radius = header_.radius;
-        settings_.quality = header_.quality;
-        require_right(header_.short_test <= static_cast<std::uint32_t>(ShortTest::exact),
-                      "there is no such short test");
-        settings_.short_test = static_cast<ShortTest>(header_.short_test);
-        require_right(header_.long_tests <= static_cast<std::uint32_t>(LongTest::refined_shadow_maps),
-                      "there is no such long test");
-        require_right(header_.adaptive <= 1 && header_.unused == 0, "it is of no known kind");
-        settings_.adaptive_long_tests = header_.adaptive != 0;
-        grid_ = std::make_unique<const Grid>(
-            settings_, glm::dvec3(header_.origin[0], header_.origin[1], header_.origin[2]));
-        settings_.origin = glm::vec3(grid_->origin());
-    }
-
-    void read_lights() {
-        user_lights_ = lights_of(section<LightRecord>(lights_section));
-        lights_ = std::make_unique<const LightTable>(user_lights_, *grid_);
-    }
-
     template <class T>
-    std::span<const T> section(std::size_t name) const {
-        return block_.section<T>(name);
-    }
-
-    template <class T>
-    PoolView<T> spread(std::size_t name, typename PoolView<T>::Table& table) const {
-        const auto all = section<T>(name);
+    static PoolView<T> spread(std::span<const T> all, typename PoolView<T>::Table& table) {
         spread_over(table, const_cast<T*>(all.data()), all.size());
         return PoolView<T>(table);
     }
 
-    void map_sections() {
-        const auto slots = section<std::uint32_t>(region_slots_section);
+    void map_parts() {
         view_.settings = &settings_;
-        view_.grid = grid_.get();
-        view_.lights = lights_.get();
-        view_.region_table = {const_cast<std::uint32_t*>(slots.data()), slots.size()};
-        view_.regions = spread<Region>(regions_section, region_chunks_);
-        view_.bricks = spread<Brick>(bricks_section, brick_chunks_);
-        view_.tile_indices = spread<std::uint32_t>(tile_indices_section, tile_index_chunks_);
-        view_.tiles = spread<BrickTile>(tiles_section, tile_chunks_);
-        view_.rows = spread<CellRow>(rows_section, row_chunks_);
-        view_.words = spread<std::uint64_t>(words_section, word_chunks_);
+        view_.grid = &grid_;
+        view_.lights = &lights_;
+        view_.region_table = {const_cast<std::uint32_t*>(parts_.slots.data()), parts_.slots.size()};
+        view_.regions = spread(parts_.regions, region_chunks_);
+        view_.bricks = spread(parts_.bricks, brick_chunks_);
+        view_.tile_indices = spread(parts_.tile_indices, tile_index_chunks_);
+        view_.tiles = spread(parts_.tiles, tile_chunks_);
+        view_.rows = spread(parts_.rows, row_chunks_);
+        view_.words = spread(parts_.words, word_chunks_);
     }
 
     void check_regions() const {
-        const auto slots = section<std::uint32_t>(region_slots_section);
-        const auto regions = section<Region>(regions_section);
+        const std::span<const std::uint32_t> slots = parts_.slots;
+        const std::span<const Region> regions = parts_.regions;
         require_right(std::has_single_bit(slots.size()),
                       "the size of its table of regions is no power of two");
         std::uint64_t taken = 0;
@@ -116,14 +100,13 @@ private:
                 if (brick == 0)
                     continue;
                 ++bricks;
-                require_right(brick <= header_.sections[bricks_section].count,
-                              "a brick is named that is not there");
+                require_right(brick <= parts_.bricks.size(), "a brick is named that is not there");
                 const glm::ivec3 coord = view_.bricks[brick - 1].position();
                 require_right(Region::key_of(coord) == regions[i].key && Region::slot(coord) == slot,
                               "a brick is not where its region says");
             }
         }
-        require_right(bricks == header_.sections[bricks_section].count, "it has bricks that no region names");
+        require_right(bricks == parts_.bricks.size(), "it has bricks that no region names");
     }
 
     /// How many of a snapshot's parts have been named so far: each by one other part only, so that no few
@@ -136,10 +119,10 @@ private:
 
     void check_bricks() const {
         Named named;
-        const std::uint64_t tile_index_count = header_.sections[tile_indices_section].count;
-        const std::size_t tile_count = lights_->tile_count();
+        const std::uint64_t tile_index_count = parts_.tile_indices.size();
+        const std::size_t tile_count = lights_.tile_count();
         constexpr std::int32_t farthest = Grid::max_index / brick_side + 16;
-        for (const Brick& brick : section<Brick>(bricks_section)) {
+        for (const Brick& brick : parts_.bricks) {
             for (const std::int32_t c : brick.coord)
                 require_right(c >= -farthest && c <= farthest, "a brick lies outside of the grid");
             require_right(brick.lock == 0, "a brick is locked");
@@ -155,12 +138,13 @@ private:
     void check_tile(std::uint32_t index, Named& named) const {
         if (index == 0)
             return;
-        const std::uint64_t count = header_.sections[tiles_section].count;
+        const std::uint64_t count = parts_.tiles.size();
         require_right(index <= count && ++named.tiles <= count,
                       "a tile is named that is not there, or twice");
         const BrickTile& tile = view_.tiles[index - 1];
         require_right(tile.sampled <= 0xff && (tile.uniform & ~lights_of_groups(tile.sampled)) == 0 &&
-                          (tile.lit & ~tile.uniform) == 0 && (header_.adaptive != 0 || tile.sampled == 0),
+                          (tile.lit & ~tile.uniform) == 0 &&
+                          (settings_.adaptive_long_tests || tile.sampled == 0),
                       "a brick's samples make no sense");
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
             const CellIndex at{tile.cells[cell]};
@@ -170,7 +154,7 @@ private:
             if (at.is_words()) {
                 check_words(at.index(), named);
             } else {
-                const std::uint64_t rows = header_.sections[rows_section].count;
+                const std::uint64_t rows = parts_.rows.size();
                 require_right(at.index() < rows && ++named.rows <= rows,
                               "a cell's row is named that is not there, or twice");
             }
@@ -178,7 +162,7 @@ private:
     }
 
     void check_words(std::uint64_t index, Named& named) const {
-        const std::uint64_t count = header_.sections[words_section].count;
+        const std::uint64_t count = parts_.words.size();
         require_right(index + 2 <= count, "a cell's words reach beyond its end");
         const std::uint64_t* record = &view_.words[static_cast<std::uint32_t>(index)];
         require_right((record[0] & record[1]) == 0 && std::popcount(record[1]) <= most_mixed_in_words &&
@@ -190,8 +174,8 @@ private:
 
     /// Each flood names one before it, so that no chain has a loop.
     void check_floods(const Brick& brick, Named& named) const {
-        const std::uint64_t count = header_.sections[words_section].count;
-        const std::size_t slots = FloodBox::slots(grid_->quality());
+        const std::uint64_t count = parts_.words.size();
+        const std::size_t slots = FloodBox::slots(grid_.quality());
         const std::size_t fixed = 1 + 2 * FloodView::bit_words(slots);
         std::uint64_t limit = count + 1;
         for (std::uint64_t flood = brick.floods; flood != 0;) {
@@ -207,12 +191,10 @@ private:
         }
     }
 
-    SnapshotBlock<SnapshotHeader> block_;
-    const SnapshotHeader& header_ = block_.header();
+    Parts parts_;
     Settings settings_;
-    std::unique_ptr<const Grid> grid_;
-    std::vector<Light> user_lights_;
-    std::unique_ptr<const LightTable> lights_;
+    Grid grid_;
+    LightTable lights_;
     PoolView<Region>::Table region_chunks_{};
     PoolView<Brick>::Table brick_chunks_{};
     PoolView<std::uint32_t>::Table tile_index_chunks_{};
@@ -220,6 +202,119 @@ private:
     PoolView<CellRow>::Table row_chunks_{};
     PoolView<std::uint64_t>::Table word_chunks_{};
     MeshView view_;
+};
+
+/// A snapshot, level by level. Everything is checked first. Must not move.
+class SnapshotReader {
+public:
+    /// Throws std::invalid_argument that says in one sentence what is wrong with the bytes.
+    explicit SnapshotReader(std::span<const std::byte> bytes)
+        : block_(bytes), user_lights_(lights_of(block_.section<LightRecord>(lights_section))) {
+        read_settings();
+        read_levels();
+    }
+
+    SnapshotReader(const SnapshotReader&) = delete;
+    SnapshotReader& operator=(const SnapshotReader&) = delete;
+
+    /// Of level 0; the origin is that of its grid.
+    const Settings& settings() const { return settings_; }
+    LongTest long_tests() const { return static_cast<LongTest>(header_.long_tests); }
+    std::span<const Light> user_lights() const { return user_lights_; }
+    /// The same for all levels.
+    const LightTable& lights() const { return *finest().view().lights; }
+    const LevelRule& rule() const { return *rule_; }
+
+    const SnapshotLevel& finest() const { return *levels_.front(); }
+    /// A level, or null if it is not there.
+    const SnapshotLevel* find(int k) const { return levels_[static_cast<std::size_t>(k)].get(); }
+    /// Calls visit(k, level) for the levels that are there.
+    template <class Visitor>
+    void for_each(Visitor&& visit) const {
+        for (std::size_t k = 0; k < levels_.size(); ++k)
+            if (levels_[k] != nullptr)
+                visit(static_cast<int>(k), std::as_const(*levels_[k]));
+    }
+
+    /// The grid of a level, whether it is there or not.
+    Grid grid_of(int k) const {
+        Settings of_level = settings_of_level(settings_, k);
+        if (header_.has_given_origin != 0)
+            return Grid(of_level, given_origin());
+        of_level.origin = Settings{}.origin;
+        return Grid(of_level);
+    }
+
+private:
+    glm::dvec3 given_origin() const { return {header_.origin[0], header_.origin[1], header_.origin[2]}; }
+
+    void read_settings() {
+        settings_.radius = header_.radius;
+        settings_.quality = header_.quality;
+        settings_.footprint_scale = header_.footprint_scale;
+        require_right(header_.short_test <= static_cast<std::uint32_t>(ShortTest::exact),
+                      "there is no such short test");
+        settings_.short_test = static_cast<ShortTest>(header_.short_test);
+        require_right(header_.long_tests <= static_cast<std::uint32_t>(LongTest::refined_shadow_maps),
+                      "there is no such long test");
+        require_right(header_.adaptive <= 1 && header_.has_given_origin <= 1 && header_.unused == 0,
+                      "it is of no known kind");
+        settings_.adaptive_long_tests = header_.adaptive != 0;
+        const Grid grid = grid_of(0);
+        require_right(grid.origin() == given_origin(), "its origin is not that of its grid");
+        settings_.origin = glm::vec3(grid.origin());
+        rule_.emplace(settings_);
+    }
+
+    void read_levels() {
+        using Firsts = std::array<std::uint64_t, level_section_count>;
+        const auto records = block_.section<SnapshotLevelRecord>(levels_section);
+        Firsts ends;
+        for (std::size_t i = 0; i < ends.size(); ++i)
+            ends[i] = header_.sections[first_level_section + i].count;
+        levels_.resize(static_cast<std::size_t>(rule_->coarsest()) + 1);
+        const LightTable lights(user_lights_, grid_of(0));
+        Firsts first{};
+        std::uint64_t level = 0;
+        for (std::size_t i = 0; i <= records.size(); ++i) {
+            const Firsts& last = i < records.size() ? records[i].first : ends;
+            for (std::size_t part = 0; part < last.size(); ++part)
+                require_right(first[part] <= last[part] && last[part] <= ends[part],
+                              "a level reaches beyond its end");
+            add_level(static_cast<int>(level), first, last, lights);
+            if (i == records.size())
+                break;
+            require_right(records[i].level > level && records[i].level < levels_.size(),
+                          "a level is not in its place");
+            level = records[i].level;
+            first = last;
+        }
+    }
+
+    void add_level(int k, const std::array<std::uint64_t, level_section_count>& first,
+                   const std::array<std::uint64_t, level_section_count>& last, const LightTable& lights) {
+        const auto part = [&]<class T>(SnapshotSectionName name, std::span<const T>& of_level) {
+            const std::size_t i = name - first_level_section;
+            of_level = block_.section<T>(name).subspan(first[i], last[i] - first[i]);
+        };
+        SnapshotLevel::Parts parts;
+        part(region_slots_section, parts.slots);
+        part(regions_section, parts.regions);
+        part(bricks_section, parts.bricks);
+        part(tile_indices_section, parts.tile_indices);
+        part(tiles_section, parts.tiles);
+        part(rows_section, parts.rows);
+        part(words_section, parts.words);
+        levels_[static_cast<std::size_t>(k)] =
+            std::make_unique<const SnapshotLevel>(parts, settings_of_level(settings_, k), grid_of(k), lights);
+    }
+
+    SnapshotBlock<SnapshotHeader> block_;
+    const SnapshotHeader& header_ = block_.header();
+    std::vector<Light> user_lights_;
+    Settings settings_;
+    std::optional<LevelRule> rule_;
+    std::vector<std::unique_ptr<const SnapshotLevel>> levels_;
 };
 
 }  // namespace lightmesh::detail

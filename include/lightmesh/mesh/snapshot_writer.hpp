@@ -8,11 +8,15 @@
 #include <lightmesh/mesh/region_table.hpp>
 #include <lightmesh/mesh/snapshot_block.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/settings.hpp>
 #include <lightmesh/support/atomics.hpp>
+
+#include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -21,44 +25,55 @@
 
 namespace lightmesh::detail {
 
-/// Copies what a mesh knows. Other threads may add to it meanwhile: what is published by then is copied, and
-/// never half of something.
-class SnapshotWriter {
+/// What levels know, level by level: see `snapshot_format.hpp`.
+struct SnapshotParts {
+    std::vector<std::uint32_t> slots;
+    std::vector<Region> regions;
+    std::vector<Brick> bricks;
+    std::vector<std::uint32_t> tile_indices;
+    std::vector<BrickTile> tiles;
+    std::vector<CellRow> rows;
+    std::vector<std::uint64_t> words;
+
+    std::array<std::uint64_t, level_section_count> sizes() const {
+        return {slots.size(), regions.size(), bricks.size(), tile_indices.size(),
+                tiles.size(), rows.size(),    words.size()};
+    }
+};
+
+/// Copies what a level knows to the end of `parts`. Other threads may add to it meanwhile: what is published
+/// by then is copied, and never half of something.
+class LevelCopy {
 public:
-    explicit SnapshotWriter(const MeshData& data) : data_(data), mesh_(data.view()) {}
+    LevelCopy(const MeshData& data, SnapshotParts& parts)
+        : mesh_(data.view()), parts_(parts), first_(parts.sizes()) {}
 
     /// Throws std::bad_alloc.
-    std::vector<std::byte> write(LongTest long_tests) {
-        copy_regions();
-        SnapshotHeader header{};
-        header.radius = data_.settings().radius;
-        header.quality = data_.settings().quality;
-        header.origin = {data_.grid().origin().x, data_.grid().origin().y, data_.grid().origin().z};
-        header.short_test = static_cast<std::uint32_t>(data_.settings().short_test);
-        header.long_tests = static_cast<std::uint32_t>(long_tests);
-        header.adaptive = data_.is_adaptive() ? 1 : 0;
-        return write_block(header, records_of(data_.user_lights()), slots_, regions_, bricks_, tile_indices_,
-                           tiles_, rows_, words_);
-    }
-
-private:
-    void copy_regions() {
+    void run() {
         std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
         for (std::uint64_t i = 0; i < mesh_.region_table.size; ++i)
             if (const std::uint32_t region = load_acquire(mesh_.region_table.slots[i]); region != 0)
                 order.emplace_back(mesh_.regions[region - 1].key, region - 1);
         std::ranges::sort(order);
-        slots_.resize(std::bit_ceil(2 * order.size() + 2));
-        const RegionTable table{slots_.data(), slots_.size()};
+        const std::size_t slot_count = std::bit_ceil(2 * order.size() + 2);
+        parts_.slots.resize(parts_.slots.size() + slot_count);
+        const RegionTable table{parts_.slots.data() + parts_.slots.size() - slot_count, slot_count};
         for (const auto& [key, index] : order) {
             Region copied{key, {}};
             const Region& region = mesh_.regions[index];
             for (std::size_t slot = 0; slot < region.bricks.size(); ++slot)
                 if (const std::uint32_t brick = load_acquire(region.bricks[slot]); brick != 0)
                     copied.bricks[slot] = copy_brick(mesh_.bricks[brick - 1]);
-            regions_.push_back(copied);
-            table.insert(key, static_cast<std::uint32_t>(regions_.size()));
+            parts_.regions.push_back(copied);
+            table.insert(key, size_of<regions_section>(parts_.regions));
         }
+    }
+
+private:
+    /// How much of a section is the level's own by now.
+    template <SnapshotSectionName section, class T>
+    std::uint32_t size_of(const std::vector<T>& all) const {
+        return static_cast<std::uint32_t>(all.size() - first_[section - first_level_section]);
     }
 
     /// Index plus one of the copy.
@@ -73,18 +88,19 @@ private:
                     copied.links[axis] &= ~(std::uint64_t{0xff} << (8 * cell));
         }
         const std::size_t tile_count = mesh_.lights->tile_count();
+        const std::size_t first_tile = parts_.tile_indices.size();
         if (tile_count > 1) {
-            copied.tiles = static_cast<std::uint32_t>(tile_indices_.size());
-            tile_indices_.resize(tile_indices_.size() + tile_count);
+            copied.tiles = size_of<tile_indices_section>(parts_.tile_indices);
+            parts_.tile_indices.resize(first_tile + tile_count);
         }
         for (std::size_t t = 0; t < tile_count; ++t) {
             const BrickTile* tile = mesh_.find_tile(brick, t);
             const std::uint32_t index = tile == nullptr ? 0 : copy_tile(*tile);
-            (tile_count > 1 ? tile_indices_[copied.tiles + t] : copied.tiles) = index;
+            (tile_count > 1 ? parts_.tile_indices[first_tile + t] : copied.tiles) = index;
         }
         copied.floods = copy_floods(brick);
-        bricks_.push_back(copied);
-        return static_cast<std::uint32_t>(bricks_.size());
+        parts_.bricks.push_back(copied);
+        return size_of<bricks_section>(parts_.bricks);
     }
 
     /// Index plus one of the copy; 0 if nothing is known.
@@ -102,15 +118,15 @@ private:
                 continue;
             if (at.is_words()) {
                 const std::uint64_t* record = &mesh_.words[at.index()];
-                copied.cells[cell] = CellIndex::words(static_cast<std::uint32_t>(words_.size())).value;
-                words_.insert(words_.end(), record, record + (record[1] != 0 ? 3 : 2));
+                copied.cells[cell] = CellIndex::words(size_of<words_section>(parts_.words)).value;
+                parts_.words.insert(parts_.words.end(), record, record + (record[1] != 0 ? 3 : 2));
             } else {
-                copied.cells[cell] = CellIndex::row(static_cast<std::uint32_t>(rows_.size())).value;
-                rows_.push_back(mesh_.rows[at.index()]);
+                copied.cells[cell] = CellIndex::row(size_of<rows_section>(parts_.rows)).value;
+                parts_.rows.push_back(mesh_.rows[at.index()]);
             }
         }
-        tiles_.push_back(copied);
-        return static_cast<std::uint32_t>(tiles_.size());
+        parts_.tiles.push_back(copied);
+        return size_of<tiles_section>(parts_.tiles);
     }
 
     /// Index plus one of the last copy; in the order of the seeds.
@@ -125,23 +141,48 @@ private:
         std::ranges::sort(floods);
         std::uint32_t last = 0;
         for (const auto& [seed_bit, record] : floods) {
-            const auto index = static_cast<std::uint32_t>(words_.size());
-            words_.insert(words_.end(), record, record + FloodView(record).size(slots));
-            words_[index] = static_cast<std::uint64_t>(seed_bit) << 32 | last;
+            const std::uint32_t index = size_of<words_section>(parts_.words);
+            const std::size_t at = parts_.words.size();
+            parts_.words.insert(parts_.words.end(), record, record + FloodView(record).size(slots));
+            parts_.words[at] = static_cast<std::uint64_t>(seed_bit) << 32 | last;
             last = index + 1;
         }
         return last;
     }
 
-    const MeshData& data_;
     MeshView mesh_;
-    std::vector<std::uint32_t> slots_;
-    std::vector<Region> regions_;
-    std::vector<Brick> bricks_;
-    std::vector<std::uint32_t> tile_indices_;
-    std::vector<BrickTile> tiles_;
-    std::vector<CellRow> rows_;
-    std::vector<std::uint64_t> words_;
+    SnapshotParts& parts_;
+    std::array<std::uint64_t, level_section_count> first_;
 };
+
+/// One block of all that the levels of a mesh know. Throws std::bad_alloc.
+template <class Levels>
+std::vector<std::byte> write_snapshot(const Levels& levels, LongTest long_tests) {
+    SnapshotParts parts;
+    std::vector<SnapshotLevelRecord> records;
+    levels.for_each([&](int k, const auto& level) {
+        const MeshData& data = level.data();
+        if (k != 0) {
+            if (!data.knows_anything())
+                return;
+            records.push_back({static_cast<std::uint64_t>(k), parts.sizes()});
+        }
+        LevelCopy(data, parts).run();
+    });
+    const MeshData& finest = levels.finest().data();
+    const Settings& settings = finest.settings();
+    const glm::dvec3& origin = finest.grid().origin();
+    SnapshotHeader header{};
+    header.radius = settings.radius;
+    header.quality = settings.quality;
+    header.origin = {origin.x, origin.y, origin.z};
+    header.short_test = static_cast<std::uint32_t>(settings.short_test);
+    header.long_tests = static_cast<std::uint32_t>(long_tests);
+    header.adaptive = finest.is_adaptive() ? 1 : 0;
+    header.footprint_scale = settings.footprint_scale;
+    header.has_given_origin = std::isnan(settings.origin.x) ? 0 : 1;
+    return write_block(header, records_of(finest.user_lights()), records, parts.slots, parts.regions,
+                       parts.bricks, parts.tile_indices, parts.tiles, parts.rows, parts.words);
+}
 
 }  // namespace lightmesh::detail

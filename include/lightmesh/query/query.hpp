@@ -5,6 +5,7 @@
 #include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
@@ -40,14 +41,15 @@ namespace lightmesh::detail {
 template <class Filler>
 class BlockQuery {
 public:
+    /// `spent`, which may be null, has all added but the number of points.
     BlockQuery(const Filler& filler, QueryStatistics* spent)
         : filler_(filler), mesh_(filler.data().view()), kernels_(kernels()), window_(mesh_), spent_(spent) {}
 
-    /// As `LightMesh::visibility` for many points.
-    void run(std::span<const glm::vec3> points, std::span<const glm::vec3> normals, std::span<float> all) {
+    /// As `LightMesh::visibility` for many points; `all` holds all their rows.
+    void run(const PointBatch& batch, std::span<float> all) {
         all_ = all;
-        for (std::size_t done = 0; done < points.size();) {
-            done += resolve_block(points.subspan(done), normals.subspan(done), done);
+        for (std::size_t done = 0; done < batch.size();) {
+            done += resolve_block(batch, done);
             count();
             if (short_test() == ShortTest::exact)
                 test_all_neighbours();
@@ -56,10 +58,9 @@ public:
 
     /// Finds and stores all that `run` would need for these points, but for what `ShortTest::exact` asks of
     /// each point alone.
-    void fill(std::span<const glm::vec3> points, std::span<const glm::vec3> normals) {
-        for (std::size_t done = 0; done < points.size();) {
-            done += resolve_block(points.subspan(done), normals.subspan(done), done);
-        }
+    void fill(const PointBatch& batch) {
+        for (std::size_t done = 0; done < batch.size();)
+            done += resolve_block(batch, done);
     }
 
 private:
@@ -90,9 +91,8 @@ private:
 
     /// Takes a block of points as `start_block` does, and makes sure that all that counting it needs is
     /// known.
-    std::size_t resolve_block(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
-                              std::size_t first_row) {
-        const std::size_t taken = start_block(positions, normals, first_row);
+    std::size_t resolve_block(const PointBatch& batch, std::size_t first) {
+        const std::size_t taken = start_block(batch, first);
         if (short_test() == ShortTest::linked) {
             find_uniform_points();
             find_linked_neighbours();
@@ -102,24 +102,22 @@ private:
         return taken;
     }
 
-    /// Takes as many points as there is room for, and finds their hemispheres. Returns how many; those whose
-    /// result needs no neighbours are done.
-    std::size_t start_block(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,
-                            std::size_t first_row) {
+    /// Takes as many points as there is room for, from `first` on, and finds their hemispheres. Returns how
+    /// many; those whose result needs no neighbours are done: it is the same on all levels.
+    std::size_t start_block(const PointBatch& batch, std::size_t first) {
         const std::size_t room = Hemisphere::largest_box(grid().quality());
         std::size_t entry_count = 0;
-        std::size_t taken = 0;
+        std::size_t next = first;
         point_count_ = 0;
         window_count_ = 0;
-        for (; taken < positions.size() && point_count_ < most_points; ++taken) {
+        for (; next < batch.size() && point_count_ < most_points; ++next) {
             if (entry_count + room > most_entries)
                 break;
             QueryPoint& point = points_[point_count_];
-            point = QueryPoint(positions[taken], normals[taken]);
-            point.row = first_row + taken;
-            if (spent_ != nullptr)
-                ++spent_->points;
-            if (!is_finite(positions[taken]) || !is_finite(normals[taken])) {
+            point = QueryPoint(batch.positions[next], batch.normals[next]);
+            point.row = batch.rows.empty() ? next : batch.rows[next];
+            point.share = batch.shares.empty() ? 1.0f : batch.shares[next];
+            if (!is_finite(batch.positions[next]) || !is_finite(batch.normals[next])) {
                 fill_row(point, std::numeric_limits<float>::quiet_NaN());
                 continue;
             }
@@ -133,7 +131,7 @@ private:
                 point.seeds = {grid(), point.grid_place, point.position, point.normal};
             ++point_count_;
         }
-        return taken;
+        return next - first;
     }
 
     /// Whether any light reaches the point.
@@ -328,7 +326,13 @@ private:
         alignas(64) std::array<float, lights_per_tile> values;
         point.lights_agree &=
             kernels_.divide(tally.counts(), point.neighbours.point_count(), lit, values.data());
-        give(point, tile, values.data());
+        if (!awaits_rays(point))
+            give(point, tile, values.data());
+    }
+
+    /// What is blended into a row cannot be taken back: then exact short tests come first.
+    bool awaits_rays(const QueryPoint& point) const {
+        return short_test() == ShortTest::exact && point.share != 1.0f && !point.is_tested;
     }
 
     /// Writes the values of a tile to the point's row; null: all 0.
@@ -336,6 +340,13 @@ private:
         const std::span<float> result = row(point);
         const std::size_t first = tile * lights_per_tile;
         const auto size = static_cast<std::size_t>(lights().tile_size(tile));
+        if (point.share != 1.0f) {
+            for (std::size_t l = 0; l < size; ++l) {
+                float& value = result[lights().order().light_at(first + l)];
+                value = blended(value, values != nullptr ? values[l] : 0.0f, point.share);
+            }
+            return;
+        }
         if (lights().order().is_given()) {
             if (values != nullptr)
                 std::copy_n(values, size, result.data() + first);
@@ -350,11 +361,16 @@ private:
     /// The short test of equation (2) by rays, where it can change the result.
     void test_all_neighbours() {
         for (QueryPoint& point : points()) {
-            // If each light is seen by all neighbours or by none, it does not matter which of them P sees.
-            if (point.neighbours.point_count() == 0 ||
-                (point.lights_agree && sees_any_neighbour(filler_.tracer(), mesh_, point, spent_)))
+            if (point.neighbours.point_count() == 0)
                 continue;
-            test_neighbours(filler_.tracer(), mesh_, point, spent_);
+            // If each light is seen by all neighbours or by none, it does not matter which of them P sees.
+            const bool is_right =
+                point.lights_agree && sees_any_neighbour(filler_.tracer(), mesh_, point, spent_);
+            if (is_right && !awaits_rays(point))
+                continue;
+            point.is_tested = true;
+            if (!is_right)
+                test_neighbours(filler_.tracer(), mesh_, point, spent_);
             if (point.neighbours.point_count() == 0)
                 note_empty();
             for (std::size_t t = 0; t < lights().tile_count(); ++t) {
@@ -417,8 +433,6 @@ private:
 template <class Filler>
 float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3& normal, std::size_t light,
                 QueryStatistics* spent) {
-    if (spent != nullptr)
-        ++spent->points;
     if (!is_finite(position) || !is_finite(normal))
         return std::numeric_limits<float>::quiet_NaN();
     MeshView mesh = filler.data().view();

@@ -12,8 +12,20 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace lightmesh::detail {
+
+/// Surface points that are asked together. What has one place for each point may be left empty.
+struct PointBatch {
+    std::span<const glm::vec3> positions;
+    std::span<const glm::vec3> normals;
+    std::span<const std::uint32_t> rows{};  ///< of the result; empty: in their order
+    /// How much of what is in a row is replaced by the point's values; empty: 1 for each.
+    std::span<const float> shares{};
+
+    std::size_t size() const { return positions.size(); }
+};
 
 /// A surface point on its way through a query.
 struct QueryPoint {
@@ -29,11 +41,13 @@ struct QueryPoint {
     int linked_count = 0;      ///< neighbours that are linked by now
     int far_seeds = 0;         ///< of `most_far_seeds` those that were tried
     std::size_t row = 0;       ///< the row of the result
+    float share = 1.0f;        ///< see `PointBatch::shares`
     std::uint32_t window = 0;  ///< sets of one window can be compared
     std::uint32_t first_change = 0;
     std::uint32_t change_count = 0;
     bool differs_little = false;  ///< from the point before
     bool is_uniform = false;      ///< for each light that reaches the point all neighbours agree
+    bool is_tested = false;       ///< by exact short tests
     bool lights_agree = true;     ///< for each light that reaches the point all neighbours agree
 
     QueryPoint() = default;

@@ -4,6 +4,9 @@
 #include <lightmesh/fill/long_fill.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/level.hpp>
+#include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
 #include <lightmesh/query/kernels/kernels.hpp>
@@ -58,13 +61,14 @@ private:
     const MeshView& mesh_;
 };
 
-/// As `SnapshotView::visibility` without a tracer.
-inline std::size_t query_view(const MeshView& mesh, const glm::vec3& position, const glm::vec3& normal,
-                              std::span<float> all) {
+/// As `SnapshotView::visibility` without a tracer, of one level. Of what is in `all` the values found replace
+/// `share`.
+inline void query_view(const MeshView& mesh, const glm::vec3& position, const glm::vec3& normal, float share,
+                       std::span<float> all) {
     constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
     if (!is_finite(position) || !is_finite(normal)) {
         std::ranges::fill(all, unknown);
-        return all.size();
+        return;
     }
     const glm::vec3 unit_normal = unit_or_zero(normal);
     const Hemisphere hemisphere(*mesh.grid, mesh.grid->locate(position), position, unit_normal);
@@ -82,7 +86,6 @@ inline std::size_t query_view(const MeshView& mesh, const glm::vec3& position, c
     }
     const int count = Neighbours(entries, size).point_count();
 
-    std::size_t missing = 0;
     for (std::size_t t = 0; t < mesh.lights->tile_count(); ++t) {
         const std::uint64_t reaching = find_reaching(*mesh.lights, kernels(), t, position, unit_normal);
         std::uint64_t known_groups = is_known ? cell_bits(reaching) * every_byte : 0;
@@ -102,11 +105,24 @@ inline std::size_t query_view(const MeshView& mesh, const glm::vec3& position, c
         for (std::size_t l = 0; l < static_cast<std::size_t>(mesh.lights->tile_size(t)); ++l) {
             const bool is_missing =
                 (reaching >> l & 1) != 0 && (known_groups >> (l / lights_per_group) & 1) == 0;
-            all[mesh.lights->order().light_at(t * lights_per_tile + l)] = is_missing ? unknown : values[l];
-            missing += is_missing ? 1u : 0u;
+            const float found = is_missing ? unknown : values[l];
+            float& value = all[mesh.lights->order().light_at(t * lights_per_tile + l)];
+            value = share == 1.0f ? found : blended(value, found, share);
         }
     }
-    return missing;
+}
+
+/// The same where a snapshot has nothing of the level: all that lights can reach is unknown.
+inline void query_nothing(const Grid& grid, const LightTable& lights, const glm::vec3& position,
+                          const glm::vec3& normal, std::span<float> all) {
+    const bool is_point = is_finite(position) && is_finite(normal);
+    if (is_point)
+        static_cast<void>(grid.locate(position));
+    const glm::vec3 unit_normal = is_point ? unit_or_zero(normal) : glm::vec3(0.0f);
+    for (std::size_t light = 0; light < lights.size(); ++light)
+        all[light] = is_point && !lights.can_light(light, position, unit_normal)
+                         ? 0.0f
+                         : std::numeric_limits<float>::quiet_NaN();
 }
 
 }  // namespace lightmesh::detail
