@@ -55,7 +55,7 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
             const std::uint32_t difference = byte > value ? byte - value : value - byte;
             spread = (std::max)(spread, difference * level.spread_weights[k] >> 15);
         }
-        spread = spread * (1024 - (3 * (std::min)(2 * value, one_value) >> 8)) >> 8;
+        spread = spread * (512 - ((std::min)(2 * value, one_value) >> 8)) >> 8;
         const std::uint32_t t =
             2 * std::clamp<std::uint32_t>((std::max)(spread, spread_low) - spread_low, 0, spread_range);
         beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;

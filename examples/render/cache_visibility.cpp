@@ -3,15 +3,47 @@
 #include "render/visibility.hpp"
 
 #include <lightmesh/light_mesh.hpp>
+#include <lightmesh/snapshot.hpp>
 #include <lightmesh/visibility_cache.hpp>
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace demo {
 
 namespace {
+
+bool has_size_of(const lightmesh::Light& a, const lightmesh::Light& b) {
+    return std::visit(
+        [&](const auto& kind) {
+            using Kind = std::remove_cvref_t<decltype(kind)>;
+            const auto* other = std::get_if<Kind>(&b);
+            if constexpr (std::is_same_v<Kind, lightmesh::DirectionalLight>)
+                return other != nullptr && kind.angular_radius == other->angular_radius;
+            else if constexpr (std::is_same_v<Kind, lightmesh::RectLight>)
+                return other != nullptr;  // the file's size, always
+            else
+                return other != nullptr && kind.radius == other->radius;
+        },
+        a);
+}
+
+/// What was found of lamps of other sizes would be left out by a merge without a word.
+void require_same_sizes(std::span<const std::byte> known, std::span<const lightmesh::Light> lamps) {
+    const lightmesh::SnapshotView view(known);
+    const auto lights = view.lights();
+    if (view.is_cache() && !std::ranges::equal(lights, lamps, has_size_of))
+        throw std::runtime_error("what --mesh names was found for lamps of size " + lamp_size_text(lights) +
+                                 ", and these are of size " + lamp_size_text(lamps) +
+                                 "; give --light-size as it was");
+}
 
 template <class Cache>
 class CacheVisibility final : public Visibility {
@@ -44,9 +76,12 @@ private:
 
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
     using Cache = lightmesh::VisibilityCache<EmbreeIntersector>;
-    Cache cache(scene.intersector(), lamps_of(scene, options), cache_settings_of(options));
-    if (!options.known.empty())
+    const std::vector<lightmesh::Light> lamps = lamps_of(scene, options);
+    Cache cache(scene.intersector(), lamps, cache_settings_of(options));
+    if (!options.known.empty()) {
+        require_same_sizes(options.known, lamps);
         cache.merge(options.known);
+    }
     return std::make_unique<CacheVisibility<Cache>>(std::move(cache));
 }
 

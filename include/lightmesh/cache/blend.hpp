@@ -17,7 +17,7 @@ inline constexpr std::uint32_t one_value = 255u * 256u;
 
 /// The greatest weighted difference between one record and their blend, of one_value, up to which a level
 /// does without the next one, and how much farther it lasts to give way wholly. Below a blend of one half the
-/// difference counts more, up to four times as much in the dark, where the eye sees less light.
+/// difference counts more, up to twice as much in the dark, where the eye sees less light.
 inline constexpr std::uint32_t spread_low = 3264;     // .05
 inline constexpr std::uint32_t spread_range = 16384;  // .25
 

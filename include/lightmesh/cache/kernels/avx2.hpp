@@ -144,8 +144,7 @@ LIGHTMESH_AVX2 inline __m256i share_of_next(__m256i spread) {
 /// How much more a difference counts where values are dark, in parts of 256.
 LIGHTMESH_AVX2 inline __m256i dark_factor(__m256i value) {
     const __m256i twice = _mm256_min_epi32(_mm256_slli_epi32(value, 1), _mm256_set1_epi32(one_value));
-    const __m256i less = _mm256_srli_epi32(_mm256_mullo_epi32(twice, _mm256_set1_epi32(3)), 8);
-    return _mm256_sub_epi32(_mm256_set1_epi32(1024), less);
+    return _mm256_sub_epi32(_mm256_set1_epi32(512), _mm256_srli_epi32(twice, 8));
 }
 
 /// All ones in the lanes that `mark_missed` marks.

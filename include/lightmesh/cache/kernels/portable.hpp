@@ -187,7 +187,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
                          (bytes > value ? bytes - value : value - bytes) * level.spread_weights[k] >> 15);
         }
         const Lanes twice = 2 * value < one_value ? 2 * value : Lanes{} + one_value;
-        spread = spread * (1024u - (3u * twice >> 8)) >> 8;
+        spread = spread * (512u - (twice >> 8)) >> 8;
         Lanes t = spread > spread_low ? spread - spread_low : Lanes{};
         t = 2 * (t < spread_range ? t : Lanes{} + spread_range);
         Lanes beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
