@@ -3,8 +3,8 @@
 #
 # Builds the benchmarks for this machine's processor and runs them: about a quarter of an hour on two cores.
 #
-#   benchmarks/run.sh                        all rows; writes benchmarks/results/
-#   benchmarks/run.sh --benchmark_filter=... options for Google Benchmark; writes nothing there
+#   benchmarks/run.sh                        all rows; writes build/benchmarks/results/
+#   benchmarks/run.sh --benchmark_filter=... options for Google Benchmark; writes nothing
 #
 # LIGHTMESH_BUILD_DIR: where to build, instead of build/ beside this folder.
 set -euo pipefail
@@ -12,7 +12,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(dirname "$here")
 build=${LIGHTMESH_BUILD_DIR:-$root/build}/benchmarks
-results=$here/results
+results=$build/results
 
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
