@@ -21,12 +21,9 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <functional>
 #include <iostream>
 #include <memory>
 #include <span>
@@ -261,6 +258,15 @@ int run(std::span<char*> arguments) {
         {"park", 1.0f, 0, 0.045, 3, 600, 18, 90, 0.5, 4, 100},
         {"park", 1.0f, 256, 0, 0, 0, 0, 0, 0, 0, 0},
     };
+    for (const std::string argument : arguments) {
+        const bool is_case = argument.size() == 1 && argument[0] >= '0' &&
+                             static_cast<std::size_t>(argument[0] - '0') < cases.size();
+        if (!is_case && argument != "walks") {
+            std::cerr << "there is no case '" << argument << "'; there are 0 to " << cases.size() - 1
+                      << ", and walks\n";
+            return 1;
+        }
+    }
     for (std::size_t i = 0; i < cases.size(); ++i) {
         // Named by their numbers, or all.
         const auto is_named = [&](const char* argument) {

@@ -240,7 +240,7 @@ TEST_CASE("lightmesh-render picture: a second start with what was saved traces n
     CHECK(rays_of(second) < rays_of(first) / 10);
     CHECK(row(second.output, "records") == row(first.output, "records"));
     CHECK(demo::read_file(folder / "first.png") == demo::read_file(folder / "second.png"));
-    check_refused(picture + "--light-size 0.3 --mesh " + mesh, "of size 0.3; give --light-size as it was");
+    check_refused(picture + "--light-size 0.3 --mesh " + mesh, "of size 0.3; give --light-size");
 }
 
 TEST_CASE("lightmesh-render picture: a mesh that does not fit gets one line and status 1") {

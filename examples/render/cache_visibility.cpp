@@ -42,7 +42,7 @@ void require_same_sizes(std::span<const std::byte> known, std::span<const lightm
     if (view.is_cache() && !std::ranges::equal(lights, lamps, has_size_of))
         throw std::runtime_error("what --mesh names was found for lamps of size " + lamp_size_text(lights) +
                                  ", and these are of size " + lamp_size_text(lamps) +
-                                 "; give --light-size as it was");
+                                 "; give --light-size, or -r, as it was");
 }
 
 template <class Cache>

@@ -54,7 +54,10 @@ std::unique_ptr<Visibility> visibility_of(Mesh mesh) {
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
                                             lightmesh::LongTest long_test) {
     const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
-    const lightmesh::Settings& settings = options.settings;
+    lightmesh::Settings settings = options.settings;
+    // The references that others are held against, as published, have no levels.
+    if (settings.short_test == lightmesh::ShortTest::exact)
+        settings.footprint_scale = 0.0f;
     switch (long_test) {
     case lightmesh::LongTest::shadow_maps:
     case lightmesh::LongTest::refined_shadow_maps:

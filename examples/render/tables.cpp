@@ -89,6 +89,7 @@ private:
         visibility.settings.radius = column.radius;
         visibility.settings.quality = table_.quality;
         visibility.settings.shadow_map_size = column.map_size;
+        visibility.settings.footprint_scale = 0.0f;  // the paper has no levels
         return run(algorithm, scene_, visibility, options_.render);
     }
 

@@ -75,8 +75,7 @@ void add_wishes(CLI::App& program, TuneOptions& options) {
             validated("--error", [&] { options.wishes.mean_absolute_error = read_share(text); });
         },
         "at most this mean absolute error, of meshes to a converged one, of caches to lamps of 256 rays: "
-        "0.01 "
-        "or 1%");
+        "0.01 or 1%");
     program
         .add_option_function<std::uint64_t>(
             "--memory",

@@ -70,6 +70,7 @@ private:
             return make_cache(scene_, visibility);
         }
         visibility.settings = tune::settings_of(candidate);
+        visibility.settings.footprint_scale = 0.0f;  // as measured
         return make_light_mesh(scene_, visibility, candidate.long_test);
     }
 

@@ -155,8 +155,7 @@ std::string plot_section(const Report& report) {
     std::string html =
         "<section><h2>Time and error</h2><p>Every candidate: meshes held against a converged one of their "
         "own radius, caches against lamps of 256 rays. Down is more exact, left is faster; both axes are "
-        "logarithmic. Texts give q "
-        "or g along the frontier.</p>" +
+        "logarithmic. Texts give q or g along the frontier.</p>" +
         plot_legend(report) + "<div class=\"plots\">";
     for (const float radius : radii_of(report))
         html += "<section><h3>" + (radius == 0.0f ? "Caches" : "Radius " + shortest_text(radius)) + "</h3>" +

@@ -45,7 +45,8 @@ namespace lightmesh {
 /// In a query, `point` is a surface point P in world units, and `normal` the geometric normal there, on the
 /// side that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero
 /// normal has no hemisphere: the result is the exact shadow ray of the case m = 0, with chi = 1. A finite
-/// point whose light points have no index (farther than 2^24 steps from the origin) throws std::out_of_range.
+/// point whose light points have no index (farther than 2^24 steps of the level that serves it from the
+/// origin) throws std::out_of_range.
 ///
 /// Where pixels are wide, a fine grid would need many light points for each. So a `SurfacePoint` is served by
 /// the finest of the grids of radius 2^k r, and as many light points per radius, whose step is wider than

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 /// A light mesh of which radius, quality and tests? Or a visibility cache, of which spacing, detail and

@@ -12,12 +12,9 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -26,9 +23,13 @@ namespace lightmesh::detail {
 /// The lights of a cache, checked, with what decides whether they reach a point in columns of 64.
 class LampTable {
 public:
-    /// Throws what `check_light` throws.
-    explicit LampTable(std::span<const Light> lights)
-        : tiles_((lights.size() + lamps_per_tile - 1) / lamps_per_tile) {
+    /// Rows have 16 bits for the number of a tile.
+    static constexpr std::size_t most_lights = lamps_per_tile << 16;
+
+    /// Throws std::invalid_argument if there are more than `most_lights`, and what `check_light` throws.
+    explicit LampTable(std::span<const Light> lights) {
+        require(lights.size() <= most_lights, "the number of lights", lights.size(), "at most 4,194,304");
+        tiles_.resize((lights.size() + lamps_per_tile - 1) / lamps_per_tile);
         lamps_.reserve(lights.size());
         for (std::size_t i = 0; i < lights.size(); ++i) {
             check_light(lights[i], "light " + to_text(i));

@@ -21,7 +21,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 
@@ -446,7 +445,7 @@ private:
         return static_cast<std::uint32_t>((std::min)(8 * inside, one_weight));
     }
 
-    /// What four records miss between them: one ray to each light from the middle of the cell.
+    /// What four records miss between them: see `probe` of the store.
     void place_probe(CacheCell& cell, int level) {
         if (cell.has_column[CellValues::centre])
             return;

@@ -10,8 +10,8 @@
 
 namespace lightmesh::detail {
 
-/// What a record is: fallen onto a surface along one of six ways, in the air at a lattice point, or at the
-/// centre of a cell of four columns (a probe, one for each of the six ways).
+/// What a record is: fallen onto a surface along one of six ways, in the air at a lattice point, or
+/// of a cell of four columns (a probe, one for each of the six ways).
 enum class RecordKind : std::uint32_t {
     fallen = 0,  // + way
     air = 6,     // + way

@@ -257,9 +257,12 @@ private:
             const glm::vec3 normal = column.record->is_on_surface() ? column.normal : key.way().up();
             std::vector<float> all(lamps_.size());
             rows_.mesh.visibility(column.place, normal, std::span<float>(all));
-            for (std::size_t l = 0; l < lamps_.tile_size(tile); ++l)
-                values[l] = static_cast<std::uint8_t>(
-                    floor_to_int(static_cast<double>(255.0f * all[tile * lamps_per_tile + l]) + 0.5));
+            for (std::size_t l = 0; l < lamps_.tile_size(tile); ++l) {
+                const float lit = all[tile * lamps_per_tile + l];
+                values[l] = static_cast<std::uint8_t>(floor_to_int(static_cast<double>(255.0f * lit) + 0.5));
+                if (key.is_probe() && values[l] != 0 && values[l] != 255)
+                    values[l] = probe_sees_both;
+            }
             return;
         }
         if (key.is_probe()) {

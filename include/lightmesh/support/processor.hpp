@@ -6,7 +6,7 @@
 #if defined(__GNUC__) && defined(__x86_64__)
 
 #define LIGHTMESH_HAS_AVX2_KERNEL 1
-#define LIGHTMESH_AVX2 __attribute__((target("avx2,bmi,bmi2,lzcnt,popcnt")))
+#define LIGHTMESH_AVX2 __attribute__((target("avx2,bmi,bmi2,popcnt")))
 
 namespace lightmesh::detail {
 

@@ -31,14 +31,15 @@ struct Executor {
 
 /// How to measure.
 struct Options {
-    /// What candidates leave open: `Settings::origin` and `Settings::scene_bounds`.
+    /// What candidates of meshes leave open: `Settings::origin` and `Settings::scene_bounds`.
     Settings base;
     /// How many of the samples the error is measured at, spread evenly: they are queried with up to 8,600
     /// light points each.
     std::size_t reference_points = 256;
-    /// The reference has converged when doubling its q changes S by less than this, mean absolute.
+    /// The reference has converged when doubling its q, or the rays to a lamp, changes S by less than this,
+    /// mean absolute.
     double reference_change = 0.001;
-    /// Queries of a filled mesh are repeated for at least so long; the fastest pass counts.
+    /// Queries of a filled mesh or cache are repeated for at least so long; the fastest pass counts.
     double least_seconds = 0.05;
     /// For the reference. Everything that is timed runs on the calling thread alone.
     Executor executor;

@@ -91,8 +91,7 @@ inline double median(std::vector<double> values) {
 /// points of the frame, if the samples have them, else over the samples, the blocker nearest to the surface
 /// is searched with some 20 rays. The radius is the median over the pairs that have one. It is kept between
 /// 1/500 and 1/20 of the diagonal of the samples' box: below that a shadow is as good as hard, above it is no
-/// shadow. Without any shadow
-/// (`RadiusAdvice::shadowed` is 0) it is 1/100 of the diagonal.
+/// shadow. Without any shadow (`RadiusAdvice::shadowed` is 0) it is 1/100 of the diagonal.
 ///
 /// `lamp_angle` in radians, finite, greater than 0; else std::invalid_argument, as also if all samples lie on
 /// one point.

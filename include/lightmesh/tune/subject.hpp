@@ -21,6 +21,7 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <initializer_list>
 #include <span>
@@ -151,12 +152,25 @@ public:
     float resolution() const { return diagonal_ > 0.0f ? diagonal_ / 500.0f : 1.0f; }
 
     /// Throws std::invalid_argument that names the candidate if its settings are out of range, or if it wants
-    /// a source that is not there; std::out_of_range if a point lies outside the grid of a mesh.
+    /// a source that is not there; std::out_of_range if a point lies outside the grid of a mesh or the
+    /// lattice of a cache.
     void check(const Candidate& candidate, const Settings& base) const {
         const std::string name = "candidate (" + describe(candidate) + "): ";
         if (is_cache(candidate)) {
+            const CacheSettings settings = cache_settings_of(candidate);
             // What a cache refuses, it refuses when it is made.
-            static_cast<void>(VisibilityCache{tracer_, lights_, cache_settings_of(candidate)});
+            static_cast<void>(VisibilityCache{tracer_, lights_, settings});
+            // A little less than the lattice has.
+            const double reach =
+                static_cast<double>(settings.spacing) * (std::ldexp(1.0, 25 - settings.detail) - 66.0);
+            for (const std::span<const glm::vec3> points : {samples_.points, samples_.frame_points})
+                for (const glm::vec3& point : points)
+                    if (!(std::abs(static_cast<double>(point.x)) < reach &&
+                          std::abs(static_cast<double>(point.y)) < reach &&
+                          std::abs(static_cast<double>(point.z)) < reach))
+                        throw std::out_of_range("lightmesh: " + name + "point (" + shortest_text(point.x) +
+                                                ", " + shortest_text(point.y) + ", " +
+                                                shortest_text(point.z) + ")" + " lies outside its lattice");
             return;
         }
         const Grid grid(settings_of(candidate, base));

@@ -19,7 +19,8 @@
 #include <cstdint>
 #include <span>
 
-/// Eight lights at a time. All numbers stay below 2^31, so that signed operations do.
+/// The functions of `CacheKernels`, eight lights at a time. All numbers stay below 2^31, so that signed
+/// operations do.
 
 namespace lightmesh::detail::avx2_cache {
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/cache/blend.hpp>
+#include <lightmesh/cache/cell_values.hpp>
 #include <lightmesh/cache/kernels/avx2.hpp>
 #include <lightmesh/cache/kernels/portable.hpp>
+#include <lightmesh/cache/lamp_columns.hpp>
 #include <lightmesh/support/processor.hpp>
 
 #include <glm/vec3.hpp>
@@ -25,8 +28,9 @@ struct CacheKernels {
     /// Gives what is left of some lights' weights to the values of a cell's first record.
     void (*give_to_first)(Blend& blend, const CellValues& values, std::uint64_t lights);
     /// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.05, .3) of the
-    /// greatest weighted difference between one record and their blend, or more: see `BlendLevel`. Returns
-    /// the lights that the next level has to say something about.
+    /// greatest weighted difference between one record and their blend, more of it in the dark, or more than
+    /// that: see `spread_low` and `BlendLevel`. Returns the lights that the next level has to say something
+    /// about.
     std::uint64_t (*blend_level)(Blend& blend, std::uint64_t lights, const BlendLevel& level);
     /// What is found, from 0 to 1.
     void (*write_blend)(const Blend& blend, std::span<float> lit);

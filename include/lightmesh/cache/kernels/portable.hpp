@@ -18,7 +18,8 @@
 #include <cstring>
 #include <span>
 
-/// Eight lights at a time, by vector types that the compiler makes any processor's code of.
+/// The functions of `CacheKernels`, eight lights at a time, by vector types that the compiler makes any
+/// processor's code of.
 
 namespace lightmesh::detail::portable_cache {
 
@@ -33,7 +34,6 @@ inline void add_square(const DoubleLanes& values, DoubleLanes& sum) {
     sum += rounded * rounded;
 }
 
-/// The lights of a tile whose centres face a point and have it in their range.
 inline std::uint64_t find_reaching(const LampColumns& lamps, std::size_t size, const glm::vec3& point,
                                    const glm::vec3& normal) {
     using Flags [[gnu::vector_size(4)]] = std::uint8_t;
@@ -75,7 +75,6 @@ inline void select_lights(std::uint64_t lights, int o, SignedLanes& selected) {
     selected = (octet & bit) != 0;
 }
 
-/// Begins with all of the weight left for some lights, and none for others.
 inline void start(Blend& blend, std::uint64_t lights) {
     const Lanes zero{};
     for (int o = 0; o < 8; ++o) {
@@ -87,7 +86,6 @@ inline void start(Blend& blend, std::uint64_t lights) {
     }
 }
 
-/// Gives what is left of some lights' weights to the values of a cell's first record.
 inline void give_to_first(Blend& blend, const CellValues& values, std::uint64_t lights) {
     for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
         const int o = std::countr_zero(octets);
@@ -112,7 +110,6 @@ inline void store_octet(const FloatLanes& values, std::size_t first, std::span<f
         lit[first + l] = values[l];
 }
 
-/// What is found, from 0 to 1.
 inline void write_blend(const Blend& blend, std::span<float> lit) {
     constexpr float scale = 1.0f / (static_cast<float>(one_value) * static_cast<float>(one_weight));
     for (std::size_t first = 0; first < lit.size(); first += 8) {
@@ -122,7 +119,6 @@ inline void write_blend(const Blend& blend, std::span<float> lit) {
     }
 }
 
-/// The values of a cell's first record alone, from 0 to 1; 0 for other lights.
 inline void write_first(const CellValues& cell, std::uint64_t lights, std::span<float> lit) {
     constexpr float scale = 256.0f / static_cast<float>(one_value);
     for (std::size_t first = 0; first < lit.size(); first += 8) {
@@ -139,9 +135,6 @@ inline void write_first(const CellValues& cell, std::uint64_t lights, std::span<
     }
 }
 
-/// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.05, .3) of the
-/// greatest weighted difference between one row and their blend. Returns the lights that the next level has
-/// to say something about.
 inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const BlendLevel& level) {
     std::uint64_t next = 0;
     for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {

@@ -16,7 +16,7 @@
 
 #define LIGHTMESH_HAS_AVX512_KERNEL 1
 #define LIGHTMESH_AVX512                                                                                     \
-    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512bitalg,bmi,bmi2,lzcnt,popcnt")))
+    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512bitalg,bmi,bmi2,popcnt")))
 
 /// 16 light points, or 64 lights, at a time.
 
