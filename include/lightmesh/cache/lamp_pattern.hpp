@@ -76,24 +76,30 @@ inline glm::dvec2 square_point(std::uint32_t i, std::uint32_t bits) {
 inline glm::dvec2 disc_rim(std::size_t i, const glm::dvec2& turn) {
     constexpr double radius = 0.97;
     constexpr double half = 0.70710678118654752440 * radius;
-    constexpr std::array<glm::dvec2, 8> points{{{radius, 0},
-                                                {half, half},
-                                                {0, radius},
-                                                {-half, half},
-                                                {-radius, 0},
-                                                {-half, -half},
-                                                {0, -radius},
-                                                {half, -half}}};
-    const glm::dvec2& p = points[i];
-    return {p.x * turn.x - p.y * turn.y, p.x * turn.y + p.y * turn.x};
+    constexpr std::array<std::array<double, 2>, 8> points{{{{radius, 0}},
+                                                           {{half, half}},
+                                                           {{0, radius}},
+                                                           {{-half, half}},
+                                                           {{-radius, 0}},
+                                                           {{-half, -half}},
+                                                           {{0, -radius}},
+                                                           {{half, -half}}}};
+    const auto [x, y] = points[i];
+    return {x * turn.x - y * turn.y, x * turn.y + y * turn.x};
 }
 
 /// The i-th of eight points near the rim of the square [-1, 1]^2.
 inline glm::dvec2 square_rim(std::size_t i) {
     constexpr double end = 0.97;
-    constexpr std::array<glm::dvec2, 8> points{
-        {{end, 0}, {end, end}, {0, end}, {-end, end}, {-end, 0}, {-end, -end}, {0, -end}, {end, -end}}};
-    return points[i];
+    constexpr std::array<std::array<double, 2>, 8> points{{{{end, 0}},
+                                                           {{end, end}},
+                                                           {{0, end}},
+                                                           {{-end, end}},
+                                                           {{-end, 0}},
+                                                           {{-end, -end}},
+                                                           {{0, -end}},
+                                                           {{end, -end}}}};
+    return {points[i][0], points[i][1]};
 }
 
 }  // namespace lightmesh::detail
