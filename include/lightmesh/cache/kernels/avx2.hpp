@@ -75,9 +75,10 @@ LIGHTMESH_AVX2 inline std::uint64_t find_reaching(const LampColumns& lamps, std:
             _mm256_mul_pd(nearness, height));
         __m256d reaches = _mm256_cmp_pd(facing, zero, _CMP_GE_OQ);
         if (lamps.has_ranges) {
-            const __m256d near = in_range(_mm256_sub_pd(x, p_x), _mm256_sub_pd(y, p_y), _mm256_sub_pd(z, p_z),
-                                          _mm256_loadu_pd(&lamps.range_squared[i]));
-            reaches = _mm256_and_pd(reaches, _mm256_or_pd(near, _mm256_cmp_pd(nearness, zero, _CMP_EQ_OQ)));
+            const __m256d is_near = in_range(_mm256_sub_pd(x, p_x), _mm256_sub_pd(y, p_y),
+                                             _mm256_sub_pd(z, p_z), _mm256_loadu_pd(&lamps.range_squared[i]));
+            reaches =
+                _mm256_and_pd(reaches, _mm256_or_pd(is_near, _mm256_cmp_pd(nearness, zero, _CMP_EQ_OQ)));
         }
         mask |= static_cast<std::uint64_t>(_mm256_movemask_pd(reaches)) << i;
     }
