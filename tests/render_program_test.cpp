@@ -81,7 +81,9 @@ TEST_CASE("lightmesh-render picture: each algorithm there is") {
             for (const char* row : {"light points", "long rays", "link rays", "memory of the mesh"})
                 CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
         const demo::Image picture = demo::read_png(folder / (algorithm + ".png"));
-        CHECK(demo::mean_absolute_difference(picture, demo::read_png(folder / "whitted.png")) < 0.03);
+        // Pixels this wide are served by wide levels, of which Express leaks more.
+        const double limit = algorithm.starts_with("express") ? 0.05 : 0.03;
+        CHECK(demo::mean_absolute_difference(picture, demo::read_png(folder / "whitted.png")) < limit);
     }
 }
 
