@@ -5,6 +5,7 @@
 #include "lamp_share.hpp"
 #include "render/embree_scene.hpp"
 #include "render/text_table.hpp"
+#include "render/view.hpp"
 #include "scene/mesh_builder.hpp"
 #include "scene/random.hpp"
 #include "scene/scene.hpp"
@@ -235,14 +236,9 @@ double change_in_film(const std::string& name, float radius) {
     const demo::Scene model = demo::load_scene(name);
     const demo::EmbreeScene scene(model);
     const ShadingPoints points(scene, 320, 240);
-    std::vector<lightmesh::Light> lights;
-    for (const demo::SceneLight& light : model.lights) {
-        auto lamp = std::get<lightmesh::PointLight>(light.shape);
-        lamp.radius = radius;
-        lights.push_back(lamp);
-    }
+    const std::vector<lightmesh::Light> lights = sphere_lamps(model, radius);
     const Cache cache(scene.intersector(), lights, {.spacing = model.radius / 4.0f});
-    const float pixel = 2.0f * std::tan(0.5f * model.camera.vertical_field_of_view) / 720.0f;
+    const float pixel_angle = demo::View(model.camera, 960, 720).pixel_angle();
     double change = 0.0;
     std::size_t pairs = 0;
     std::vector<float> now(lights.size());
@@ -254,9 +250,10 @@ double change_in_film(const std::string& name, float radius) {
             for (int frame = 0; frame < 48; ++frame) {
                 const float distance = glm::distance(tile.positions[i], model.camera.eye) *
                                        std::pow(0.99f, static_cast<float>(frame));
-                cache.visibility(
-                    {.position = tile.positions[i], .normal = tile.normals[i], .footprint = pixel * distance},
-                    now);
+                cache.visibility({.position = tile.positions[i],
+                                  .normal = tile.normals[i],
+                                  .footprint = pixel_angle * distance},
+                                 now);
                 for (std::size_t l = 0; l < lights.size() && frame > 0; ++l) {
                     const auto& lamp = std::get<lightmesh::PointLight>(lights[l]);
                     if (glm::dot(tile.normals[i], lamp.position - tile.positions[i]) < 0.0f)

@@ -5,6 +5,7 @@
 
 #include "mesh_frame.hpp"
 #include "render/text_table.hpp"
+#include "render/view.hpp"
 #include "workloads.hpp"
 
 #include <lightmesh/lightmesh.hpp>
@@ -66,8 +67,7 @@ void time_first_frames() {
 std::vector<lightmesh::SurfacePoint> with_footprints(const bench::Workload& workload,
                                                      const bench::Points& points) {
     const demo::Camera& camera = workload.scene.scene().camera;
-    const float pixel_angle =
-        2.0f * std::tan(0.5f * camera.vertical_field_of_view) / static_cast<float>(bench::picture_height);
+    const float pixel_angle = demo::View(camera, bench::picture_width, bench::picture_height).pixel_angle();
     std::vector<lightmesh::SurfacePoint> all(points.size());
     for (std::size_t i = 0; i < all.size(); ++i)
         all[i] = {.position = points.positions[i],
@@ -77,7 +77,8 @@ std::vector<lightmesh::SurfacePoint> with_footprints(const bench::Workload& work
 }
 
 /// A mesh's values of a tile, by levels or without.
-void ask_tile(const Mesh& mesh, const bench::Workload& workload, const bench::Points& tile,
+template <class AnyMesh>
+void ask_tile(const AnyMesh& mesh, const bench::Workload& workload, const bench::Points& tile,
               std::vector<float>& values) {
     values.resize(tile.size() * mesh.light_count());
     mesh.visibility(with_footprints(workload, tile), values);
@@ -112,20 +113,17 @@ Mesh make_mesh_with(const bench::Workload& workload, ShortTest short_test, float
     return Mesh{workload.scene.intersector(), bench::lights_of(workload), settings};
 }
 
-/// The light points that a whole picture needs: those of a scene without surfaces.
-double light_points_a_pixel(const bench::Workload& workload, float footprint_scale) {
+/// The light points that a whole picture needs without levels: those of a scene without surfaces.
+double light_points_without_levels(const bench::Workload& workload) {
     struct Nothing {
         bool occluded(const lightmesh::Segment&) const { return false; }
     };
     lightmesh::Settings settings = bench::settings_of(workload, ShortTest::none);
-    settings.footprint_scale = footprint_scale;
+    settings.footprint_scale = 0.0f;
     const lightmesh::LightMesh mesh{Nothing{}, bench::lights_of(workload), settings};
     std::vector<float> values;
-    for (std::size_t t = 0; t < workload.points.tile_count(); ++t) {
-        const bench::Points tile = workload.points.tile(t);
-        values.resize(tile.size() * mesh.light_count());
-        mesh.visibility(with_footprints(workload, tile), values);
-    }
+    for (std::size_t t = 0; t < workload.points.tile_count(); ++t)
+        ask_tile(mesh, workload, workload.points.tile(t), values);
     return static_cast<double>(mesh.statistics().light_points) / static_cast<double>(workload.points.size());
 }
 
@@ -137,32 +135,37 @@ void time_street() {
     for (const demo::SceneLight& lamp : street.scene.scene().lights)
         street.lights.push_back(std::get<lightmesh::PointLight>(lamp.shape).position);
     const double hard = bench::hard_ns(street, street.points.part(100000));
+    const auto pixels = static_cast<double>(street.points.size());
     constexpr float usual_scale = lightmesh::Settings{}.footprint_scale;
-    for (const auto& [radius, scale] : {std::pair(0.12f, usual_scale), std::pair(0.12f, 2.0f * usual_scale),
-                                        std::pair(street.radius, usual_scale)}) {
+    const std::pair<float, std::vector<float>> cases[] = {{0.12f, {usual_scale, 2.0f * usual_scale}},
+                                                          {street.radius, {usual_scale}}};
+    for (const auto& [radius, scales] : cases) {
         street.radius = radius;
-        const Mesh mesh = make_mesh_with(street, ShortTest::linked, scale);
-        std::vector<float> values;
-        const double frame = bench::seconds([&] {
-            for (std::size_t t = 0; t < street.points.tile_count(); ++t)
-                ask_tile(mesh, street, street.points.tile(t), values);
-        });
-        const lightmesh::MeshStatistics held = mesh.statistics();
-        const auto pixels = static_cast<double>(street.points.size());
-        const Mesh without = make_mesh_with(street, ShortTest::linked, 0.0f);
         const Mesh exact = make_mesh_with(street, ShortTest::exact, 0.0f);
-        std::vector<char> text(400);
-        std::snprintf(text.data(), text.size(),
-                      "%.3g s a frame, %.3g light points and %.3g long rays a pixel, %.3g light points "
-                      "without levels, %s, without levels %s",
-                      frame, static_cast<double>(held.light_points) / pixels,
-                      static_cast<double>(held.long_rays) / pixels, light_points_a_pixel(street, 0.0f),
-                      bench::error_text(difference_of_levels(mesh, exact, street)).c_str(),
-                      bench::error_text(difference_of_levels(without, exact, street)).c_str());
-        bench::print_row("a street, r = " + demo::fixed(static_cast<double>(radius), 2) +
-                             " m, with footprint, scale " + demo::fixed(static_cast<double>(scale), 1) +
-                             ", Linked cold, times faster than hard single rays",
-                         hard * pixels / (1e9 * frame), 1.0, true, text.data());
+        const Mesh without = make_mesh_with(street, ShortTest::linked, 0.0f);
+        const double error_without = difference_of_levels(without, exact, street);
+        const double light_points_without = light_points_without_levels(street);
+        for (const float scale : scales) {
+            const Mesh mesh = make_mesh_with(street, ShortTest::linked, scale);
+            std::vector<float> values;
+            const double frame = bench::seconds([&] {
+                for (std::size_t t = 0; t < street.points.tile_count(); ++t)
+                    ask_tile(mesh, street, street.points.tile(t), values);
+            });
+            const lightmesh::MeshStatistics held = mesh.statistics();
+            std::vector<char> text(400);
+            std::snprintf(text.data(), text.size(),
+                          "%.3g s a frame, %.3g light points and %.3g long rays a pixel, %.3g light points "
+                          "without levels, %s, without levels %s",
+                          frame, static_cast<double>(held.light_points) / pixels,
+                          static_cast<double>(held.long_rays) / pixels, light_points_without,
+                          bench::error_text(difference_of_levels(mesh, exact, street)).c_str(),
+                          bench::error_text(error_without).c_str());
+            bench::print_row("a street, r = " + demo::fixed(static_cast<double>(radius), 2) +
+                                 " m, with footprint, scale " + demo::fixed(static_cast<double>(scale), 1) +
+                                 ", Linked cold, times faster than hard single rays",
+                             hard * pixels / (1e9 * frame), 1.0, true, text.data());
+        }
     }
 }
 

@@ -3,6 +3,9 @@
 
 #include "embree_rays.hpp"
 #include "scene/random.hpp"
+#include "scene/scene.hpp"
+
+#include <lightmesh/lights.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
@@ -12,6 +15,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <variant>
+#include <vector>
 
 namespace bench {
 
@@ -42,6 +47,17 @@ inline float open_share(Occlusion& tracer, const glm::vec3& from, const glm::vec
             open += end < 0.0f ? 0 : 1;
     }
     return static_cast<float>(open) / static_cast<float>(count);
+}
+
+/// A scene's point lights as spheres.
+inline std::vector<lightmesh::Light> sphere_lamps(const demo::Scene& scene, float radius) {
+    std::vector<lightmesh::Light> lamps;
+    for (const demo::SceneLight& light : scene.lights) {
+        auto lamp = std::get<lightmesh::PointLight>(light.shape);
+        lamp.radius = radius;
+        lamps.emplace_back(lamp);
+    }
+    return lamps;
 }
 
 }  // namespace bench

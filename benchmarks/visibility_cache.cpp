@@ -10,6 +10,7 @@
 #include "mesh_frame.hpp"
 #include "render/embree_scene.hpp"
 #include "render/text_table.hpp"
+#include "render/view.hpp"
 #include "scene/random.hpp"
 #include "scene/scene.hpp"
 #include "shading_points.hpp"
@@ -57,16 +58,12 @@ public:
             model_.lights.resize(64);
         scene_ = std::make_unique<demo::EmbreeScene>(model_);
         points_ = std::make_unique<ShadingPoints>(*scene_, picture_width, picture_height);
-        for (const demo::SceneLight& light : model_.lights) {
-            auto lamp = std::get<lightmesh::PointLight>(light.shape);
-            lamp.radius = which.lamp_radius;
-            lights_.push_back(lamp);
-            at_.push_back(lamp.position);
-        }
+        lights_ = sphere_lamps(model_, which.lamp_radius);
+        for (const lightmesh::Light& lamp : lights_)
+            at_.push_back(std::get<lightmesh::PointLight>(lamp).position);
         if (settings_.spacing == 0.0f)
             settings_.spacing = model_.radius / 4.0f;
-        // The pixel's angle.
-        pixel_ = 2.0f * std::tan(0.5f * model_.camera.vertical_field_of_view) / picture_height;
+        pixel_angle_ = demo::View(model_.camera, picture_width, picture_height).pixel_angle();
     }
 
     void run(demo::TextTable& table) {
@@ -131,7 +128,7 @@ private:
     lightmesh::SurfacePoint point_at(const Points& points, std::size_t i) const {
         return {.position = points.positions[i],
                 .normal = points.normals[i],
-                .footprint = pixel_ * glm::distance(points.positions[i], model_.camera.eye)};
+                .footprint = pixel_angle_ * glm::distance(points.positions[i], model_.camera.eye)};
     }
     bool faces(const glm::vec3& point, const glm::vec3& normal, std::size_t light) const {
         return glm::dot(normal, at_[light] - point) >= 0.0f;
@@ -246,7 +243,7 @@ private:
     std::unique_ptr<ShadingPoints> points_;
     std::vector<lightmesh::Light> lights_;
     std::vector<glm::vec3> at_;
-    float pixel_ = 0.0f;
+    float pixel_angle_ = 0.0f;
 };
 
 int run(std::span<char*> arguments) {

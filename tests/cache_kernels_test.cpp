@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "kernels_that_run.hpp"
 #include "random_scene.hpp"
 
 #include <lightmesh/cache/kernels/kernels.hpp>
@@ -11,20 +12,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace {
 
 using namespace lightmesh::detail;
-
-std::vector<const CacheKernels*> kernels_that_run() {
-    std::vector<const CacheKernels*> all{&portable_cache_kernels};
-#if defined(LIGHTMESH_HAS_AVX2_KERNEL)
-    if (can_run_avx2())
-        all.push_back(&avx2_cache_kernels);
-#endif
-    return all;
-}
 
 std::uint64_t bits_of(test::Random& random) {
     return random.next() | static_cast<std::uint64_t>(random.next()) << 32;
@@ -78,7 +69,7 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
 
 TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the bit") {
     test::Random random(7);
-    for (const CacheKernels* kernels : kernels_that_run()) {
+    for (const CacheKernels* kernels : test::cache_kernels_that_run()) {
         CAPTURE(kernels->name);
         for (int trial = 0; trial < 3000; ++trial) {
             CellValues values;
@@ -178,7 +169,7 @@ TEST_CASE("kernels of the cache find the same lights in reach as exact sums do")
                 near == 0.0 || way.x * way.x + way.y * way.y + way.z * way.z <= lamps.range_squared[l];
             expected |= std::uint64_t{facing >= 0.0 && in_range} << l;
         }
-        for (const CacheKernels* kernels : kernels_that_run()) {
+        for (const CacheKernels* kernels : test::cache_kernels_that_run()) {
             CAPTURE(kernels->name);
             const std::uint64_t mask = size < 64 ? (std::uint64_t{1} << size) - 1 : ~std::uint64_t{0};
             CHECK((kernels->find_reaching(lamps, size, point, normal) & mask) == expected);

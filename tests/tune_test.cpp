@@ -105,6 +105,15 @@ tune::Measurement made_up(float quality, double ns, double error, double bytes, 
     return m;
 }
 
+/// An eighth of the points of a frame, and all of them to count at.
+tune::Samples part_of_frame(const World& world) {
+    const std::size_t few = world.points.size() / 8 / 64 * 64 + 64;
+    tune::Samples samples{std::span(world.points).first(few), std::span(world.normals).first(few)};
+    samples.frame_points = world.points;
+    samples.frame_normals = world.normals;
+    return samples;
+}
+
 }  // namespace
 
 TEST_CASE("tune: a grid of candidates has every combination, and maps only their sizes") {
@@ -229,10 +238,7 @@ TEST_CASE("tune: what is measured fits together") {
 
 TEST_CASE("tune: with all points of a frame its light points are counted") {
     const World world;
-    const std::size_t few = world.points.size() / 8 / 64 * 64 + 64;
-    tune::Samples samples{std::span(world.points).first(few), std::span(world.normals).first(few)};
-    samples.frame_points = world.points;
-    samples.frame_normals = world.normals;
+    tune::Samples samples = part_of_frame(world);
     const tune::Subject of_frame{world.tracer(), world.lights, samples};
     const tune::Subject of_all{world.tracer(), world.lights, tune::Samples{world.points, world.normals}};
     CHECK(of_frame.samples().points_per_frame == world.points.size());
@@ -382,12 +388,9 @@ TEST_CASE("tune: caches are measured beside meshes, and are nearer to lamps") {
 
 TEST_CASE("tune: with all points of a frame the records of a cache are counted") {
     const World world;
-    const std::size_t few = world.points.size() / 8 / 64 * 64 + 64;
-    tune::Samples samples{std::span(world.points).first(few), std::span(world.normals).first(few)};
-    samples.frame_points = world.points;
-    samples.frame_normals = world.normals;
+    tune::Samples samples = part_of_frame(world);
     const std::vector<float> footprints(world.points.size(), 0.1f);
-    samples.footprints = std::span(footprints).first(few);
+    samples.footprints = std::span(footprints).first(samples.points.size());
     samples.frame_footprints = footprints;
     const tune::Subject of_frame{world.tracer(), world.lights, samples};
     const tune::Subject of_all{

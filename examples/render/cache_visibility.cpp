@@ -52,16 +52,7 @@ public:
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
-        std::vector<lightmesh::SurfacePoint> known(points.positions.size());
-        for (std::size_t i = 0; i < known.size(); ++i) {
-            known[i].position = points.positions[i];
-            known[i].normal = points.normals[i];
-            if (!points.footprints.empty())
-                known[i].footprint = points.footprints[i];
-            if (!points.shading_normals.empty())
-                known[i].shading_normal = points.shading_normals[i];
-        }
-        cache_.visibility(known, lit);
+        cache_.visibility(as_library_points(points), lit);
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 

@@ -24,14 +24,7 @@ public:
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
         lightmesh::QueryStatistics spent;
-        std::vector<lightmesh::SurfacePoint> known(points.positions.size());
-        for (std::size_t i = 0; i < known.size(); ++i) {
-            known[i].position = points.positions[i];
-            known[i].normal = points.normals[i];
-            if (!points.footprints.empty())
-                known[i].footprint = points.footprints[i];
-        }
-        mesh_.visibility(known, lit, &spent);
+        mesh_.visibility(as_library_points(points), lit, &spent);
         cost.short_rays += spent.short_rays;
         cost.shadow_rays += spent.shadow_rays;
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

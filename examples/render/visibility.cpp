@@ -63,6 +63,19 @@ const std::vector<Entry>& entries() {
 
 }  // namespace
 
+std::vector<lightmesh::SurfacePoint> as_library_points(const SurfacePoints& points) {
+    std::vector<lightmesh::SurfacePoint> all(points.positions.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        all[i].position = points.positions[i];
+        all[i].normal = points.normals[i];
+        if (!points.footprints.empty())
+            all[i].footprint = points.footprints[i];
+        if (!points.shading_normals.empty())
+            all[i].shading_normal = points.shading_normals[i];
+    }
+    return all;
+}
+
 const std::vector<Algorithm>& algorithms() {
     static const std::vector<Algorithm> all = [] {
         std::vector<Algorithm> list;

@@ -6,6 +6,7 @@
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/surface_point.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -41,6 +42,9 @@ struct SurfacePoints {
     std::span<const glm::vec3> shading_normals{};  ///< as `lightmesh::SurfacePoint` has them; or empty
     std::span<const float> footprints{};           ///< the same
 };
+
+/// The points as the library takes them.
+std::vector<lightmesh::SurfacePoint> as_library_points(const SurfacePoints& points);
 
 /// How lit surface points are: all that the algorithms of `lightmesh-render` differ in. Const members may be
 /// used by any number of threads.
