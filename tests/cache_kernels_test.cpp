@@ -52,7 +52,7 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
         const bool is_missed = (centre == 0 && least > open_from) ||
                                (centre == 255 && greatest < closed_to) ||
                                (centre == probe_sees_both && (least == 255 || greatest == 0));
-        if (level.is_probed && is_missed)
+        if (is_missed)
             beta = (std::max)(beta, level.window);
         if (greatest > 0)
             beta = (std::max)(beta, level.missing);
@@ -99,8 +99,8 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 level.set(k, k, weight);
             }
             level.is_last = random.below(4) == 0;
-            level.is_probed = random.below(2) == 0;
-            level.window = static_cast<std::uint32_t>(random.below(one_weight + 1));
+            level.window =
+                random.below(2) == 0 ? 0 : static_cast<std::uint32_t>(random.below(one_weight + 1));
             level.missing =
                 random.below(2) == 0 ? 0 : static_cast<std::uint32_t>(random.below(one_weight + 1));
             level.force = random.below(4) == 0 ? one_weight : 0;

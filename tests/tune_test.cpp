@@ -454,6 +454,7 @@ TEST_CASE("tune: a candidate without its source, or out of range, is refused bef
     CHECK_THROWS_AS(run({.spacing = -1.0f, .detail = 3, .lamp_rays = 64}), std::invalid_argument);
     CHECK_THROWS_AS(run({.spacing = 1.0f, .detail = 7, .lamp_rays = 64}), std::invalid_argument);
     CHECK_THROWS_AS(run({.spacing = 1.0f, .detail = 3, .lamp_rays = 0}), std::invalid_argument);
+    CHECK_THROWS_AS(run({.spacing = 1e-7f, .detail = 3, .lamp_rays = 64}), std::out_of_range);
     CHECK_FALSE(called);
 }
 

@@ -696,6 +696,7 @@ TEST_CASE("visibility cache: points at the border of what is allowed") {
     const VisibilityCache dark{HitTracer{&scene}, std::vector<Light>{}, CacheSettings{}};
     CHECK(dark.light_count() == 0);
     dark.visibility(glm::vec3(0.0f), up, std::span<float>());
+    CHECK_THROWS_AS(dark.visibility(glm::vec3(1e9f, 0.0f, 0.0f), up, std::span<float>()), std::out_of_range);
 }
 
 TEST_CASE("visibility cache: exact edges decide by rays where records disagree") {

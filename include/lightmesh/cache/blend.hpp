@@ -49,8 +49,7 @@ struct BlendLevel {
     std::uint32_t force = 0;                      ///< least share of the next level, of one_weight
     std::uint32_t fade = static_cast<std::uint32_t>(one_weight);  ///< greatest share of the next level
     bool is_last = false;
-    bool is_probed = false;
-    std::uint32_t window = 0;  ///< weight of the centre
+    std::uint32_t window = 0;  ///< weight of the probe; 0: it is not asked
     /// Least share of the next level for lights that any of the records sees: for want of records that fit.
     std::uint32_t missing = 0;
 

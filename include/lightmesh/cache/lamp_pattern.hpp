@@ -72,34 +72,23 @@ inline glm::dvec2 square_point(std::uint32_t i, std::uint32_t bits) {
     return {(x + 0.5) / 32768.0 - 1.0, (y + 0.5) / 32768.0 - 1.0};
 }
 
-/// The i-th of eight points near the rim of the unit disc, turned.
-inline glm::dvec2 disc_rim(std::size_t i, const glm::dvec2& turn) {
-    constexpr double radius = 0.97;
-    constexpr double half = 0.70710678118654752440 * radius;
-    constexpr std::array<std::array<double, 2>, 8> points{{{{radius, 0}},
-                                                           {{half, half}},
-                                                           {{0, radius}},
-                                                           {{-half, half}},
-                                                           {{-radius, 0}},
-                                                           {{-half, -half}},
-                                                           {{0, -radius}},
-                                                           {{half, -half}}}};
-    const auto [x, y] = points[i];
-    return {x * turn.x - y * turn.y, x * turn.y + y * turn.x};
+/// Eight points around the square [-1, 1]^2: middles of its sides, and corners between them. Rims lie a
+/// little within.
+inline constexpr std::array<std::array<int, 2>, 8> around_square{
+    {{{1, 0}}, {{1, 1}}, {{0, 1}}, {{-1, 1}}, {{-1, 0}}, {{-1, -1}}, {{0, -1}}, {{1, -1}}}};
+inline constexpr double rim = 0.97;
+
+/// The i-th of eight points near the rim of the square.
+inline glm::dvec2 square_rim(std::size_t i) {
+    return {rim * around_square[i][0], rim * around_square[i][1]};
 }
 
-/// The i-th of eight points near the rim of the square [-1, 1]^2.
-inline glm::dvec2 square_rim(std::size_t i) {
-    constexpr double end = 0.97;
-    constexpr std::array<std::array<double, 2>, 8> points{{{{end, 0}},
-                                                           {{end, end}},
-                                                           {{0, end}},
-                                                           {{-end, end}},
-                                                           {{-end, 0}},
-                                                           {{-end, -end}},
-                                                           {{0, -end}},
-                                                           {{end, -end}}}};
-    return {points[i][0], points[i][1]};
+/// The i-th of eight points near the rim of the unit disc, turned.
+inline glm::dvec2 disc_rim(std::size_t i, const glm::dvec2& turn) {
+    const double radius = i % 2 == 0 ? rim : 0.70710678118654752440 * rim;
+    const double x = radius * around_square[i][0];
+    const double y = radius * around_square[i][1];
+    return {x * turn.x - y * turn.y, x * turn.y + y * turn.x};
 }
 
 }  // namespace lightmesh::detail

@@ -37,6 +37,9 @@ public:
     template <class PointAt>
     void all(std::size_t count, const PointAt& point_at, std::span<float> rows) {
         const LampTable& lamps = store_.lamps();
+        // Points outside the lattice are refused also where there is no light.
+        for (std::size_t i = 0; i < count && lamps.tile_count() == 0; ++i)
+            begin(point_at(i));
         for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile)
             for (std::size_t i = 0; i < count; ++i) {
                 const std::span<float> lit =
@@ -215,8 +218,7 @@ private:
             blended.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
             const bool is_probed = is_base && level < Lattice::base_level + probed_levels;
             blended.window = is_probed && !is_last ? window_of(visit.place) : 0;
-            blended.is_probed = blended.window != 0;
-            if (blended.is_probed) {
+            if (blended.window != 0) {
                 place_probe(cell, level);
                 read(cell, CellValues::centre, tile, lights);
             }

@@ -21,7 +21,6 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <initializer_list>
 #include <span>
@@ -157,20 +156,10 @@ public:
     void check(const Candidate& candidate, const Settings& base) const {
         const std::string name = "candidate (" + describe(candidate) + "): ";
         if (is_cache(candidate)) {
-            const CacheSettings settings = cache_settings_of(candidate);
-            // What a cache refuses, it refuses when it is made.
-            static_cast<void>(VisibilityCache{tracer_, lights_, settings});
-            // A little less than the lattice has.
-            const double reach =
-                static_cast<double>(settings.spacing) * (std::ldexp(1.0, 25 - settings.detail) - 66.0);
-            for (const std::span<const glm::vec3> points : {samples_.points, samples_.frame_points})
-                for (const glm::vec3& point : points)
-                    if (!(std::abs(static_cast<double>(point.x)) < reach &&
-                          std::abs(static_cast<double>(point.y)) < reach &&
-                          std::abs(static_cast<double>(point.z)) < reach))
-                        throw std::out_of_range("lightmesh: " + name + "point (" + shortest_text(point.x) +
-                                                ", " + shortest_text(point.y) + ", " +
-                                                shortest_text(point.z) + ")" + " lies outside its lattice");
+            // A cache without lights refuses the same, and traces nothing.
+            const VisibilityCache cache{tracer_, std::span<const Light>{}, cache_settings_of(candidate)};
+            cache.visibility(samples_.points, samples_.normals, std::span<float>{});
+            cache.visibility(samples_.frame_points, samples_.frame_normals, std::span<float>{});
             return;
         }
         const Grid grid(settings_of(candidate, base));

@@ -175,7 +175,7 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t ligh
             differences |= words[level.records[k]] ^ first;
         const __m256i found = load(blend.found[i]);
         const __m256i left = load(blend.left[i]);
-        const std::uint64_t probed = level.is_probed ? words[CellValues::centre] : first;
+        const std::uint64_t probed = level.window != 0 ? words[CellValues::centre] : first;
         const bool is_served = level.missing == 0 || first == 0;
         if (differences == 0 && (level.is_last || (level.force == 0 && is_served && probed == first))) {
             const __m256i value = _mm256_slli_epi32(spread(first), 8);
@@ -209,7 +209,7 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t ligh
         }
         __m256i beta =
             share_of_next(_mm256_srli_epi32(_mm256_mullo_epi32(spread_most, dark_factor(value)), 8));
-        if (level.is_probed) {
+        if (level.window != 0) {
             const __m256i missed = is_missed(spread(probed), least, greatest);
             const __m256i window = _mm256_set1_epi32(static_cast<int>(level.window));
             beta = _mm256_max_epi32(beta, _mm256_and_si256(missed, window));

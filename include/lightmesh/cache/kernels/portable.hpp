@@ -146,7 +146,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         std::uint64_t differences = 0;
         for (std::size_t k = 1; k < level.taps; ++k)
             differences |= words[level.records[k]] ^ first;
-        const std::uint64_t probed = level.is_probed ? words[CellValues::centre] : first;
+        const std::uint64_t probed = level.window != 0 ? words[CellValues::centre] : first;
         const bool is_served = level.missing == 0 || first == 0;
         if (differences == 0 && (level.is_last || (level.force == 0 && is_served && probed == first))) {
             Lanes bytes;
@@ -184,7 +184,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes t = spread > spread_low ? spread - spread_low : Lanes{};
         t = 2 * (t < spread_range ? t : Lanes{} + spread_range);
         Lanes beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
-        if (level.is_probed) {
+        if (level.window != 0) {
             Lanes probe;
             spread_bytes(probed, probe);
             Lanes missed{};
