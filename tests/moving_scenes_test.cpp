@@ -67,9 +67,8 @@ public:
         }
         case 2: {
             const auto free = std::ranges::find(is_free_, true);
-            const std::size_t expected = free == is_free_.end()
-                                             ? lights_.size()
-                                             : static_cast<std::size_t>(free - is_free_.begin());
+            const std::size_t expected =
+                free == is_free_.end() ? lights_.size() : static_cast<std::size_t>(free - is_free_.begin());
             if (expected == is_free_.size())
                 break;
             const lightmesh::Light light = new_light();
@@ -253,8 +252,8 @@ TEST_CASE("moving scenes: after any moves a mesh with shadow maps says what a ne
 TEST_CASE("moving scenes: after any moves a cache of a mesh's blur says what a new one says") {
     for (std::uint64_t seed = 30; seed < 32; ++seed)
         compare_with_new(seed, 30, [seed](const MovingWorld& world) {
-            return VisibilityCache{lightmesh::LightMesh{HitTracer{&world.scene()}, world.lights(),
-                                                        mesh_settings(seed)},
-                                   CacheSettings{.spacing = 0.5f, .detail = 1}};
+            return VisibilityCache{
+                lightmesh::LightMesh{HitTracer{&world.scene()}, world.lights(), mesh_settings(seed)},
+                CacheSettings{.spacing = 0.5f, .detail = 1}};
         });
 }

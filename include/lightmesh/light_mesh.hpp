@@ -222,11 +222,11 @@ public:
         }
     }
 
-    /// Says that the scene behind the adapters has changed, but nowhere outside of these boxes: where surfaces
-    /// were and where they are now. All that may have to do with them is forgotten: visibilities of lights
-    /// behind them, links, floods, pictures that show them. `Occluders` are read anew, and a depth renderer's
-    /// bounds. An exclusive call. Throws std::invalid_argument that names a box whose corners are not finite
-    /// or in the wrong order, and what reading `Occluders` throws; nothing has changed then.
+    /// Says that the scene behind the adapters has changed, but nowhere outside of these boxes: where
+    /// surfaces were and where they are now. All that may have to do with them is forgotten: visibilities of
+    /// lights behind them, links, floods, pictures that show them. `Occluders` are read anew, and a depth
+    /// renderer's bounds. An exclusive call. Throws std::invalid_argument that names a box whose corners are
+    /// not finite or in the wrong order, and what reading `Occluders` throws; nothing has changed then.
     void scene_changed(std::span<const Bounds> boxes) {
         detail::check_changed(boxes);
         levels_->forget(boxes);

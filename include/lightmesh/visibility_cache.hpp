@@ -92,7 +92,9 @@ public:
     /// As they were passed in.
     const CacheSettings& settings() const { return store_->settings(); }
     /// The light mesh of blur rows.
-    const auto& mesh() const requires(!std::same_as<Rows, LampRows>) { return std::as_const(*store_).rows().mesh; }
+    const auto& mesh() const requires(!std::same_as<Rows, LampRows>) {
+        return std::as_const(*store_).rows().mesh;
+    }
 
     /// S_i(P) for one light: the share of it that is visible, 0 to 1. Throws std::out_of_range for a light
     /// that is not there.

@@ -94,7 +94,8 @@ private:
     std::atomic<std::uint64_t> next_{1};
     std::atomic<std::size_t> chunk_count_{0};
     std::atomic<std::size_t> free_units_{0};
-    std::array<std::uint32_t, largest_block + 1> free_{};  ///< the first free block of each size, which names the next
+    std::array<std::uint32_t, largest_block + 1>
+        free_{};  ///< the first free block of each size, which names the next
     std::mutex growing_;
 };
 

@@ -141,8 +141,8 @@ private:
             slots[i & mask].store(value, std::memory_order_release);
         }
 
-        /// Empties a slot and closes the gap: what follows moves up, as far as it may. Nobody else may use the
-        /// table meanwhile.
+        /// Empties a slot and closes the gap: what follows moves up, as far as it may. Nobody else may use
+        /// the table meanwhile.
         void take_out(const UnitPool& pool, std::uint32_t gap) {
             for (std::uint32_t i = gap;;) {
                 i = (i + 1) & mask;

@@ -131,8 +131,8 @@ public:
         }
     }
 
-    /// Makes lights of a tile unknown again; their room stays. Returns how many were known. Nobody may use the
-    /// record meanwhile.
+    /// Makes lights of a tile unknown again; their room stays. Returns how many were known. Nobody may use
+    /// the record meanwhile.
     std::size_t forget(std::size_t tile, std::uint64_t lights) {
         std::size_t forgotten = 0;
         for (std::uint32_t at = head_.load(std::memory_order_relaxed); at != 0;) {

@@ -97,8 +97,8 @@ private:
     struct BrickInWork {
         const MissingUnits* missing;
         UniformLights samples;
-        std::uint32_t fresh;         ///< groups whose samples are new
-        ForgottenLights forgotten;   ///< what is known beside `missing`
+        std::uint32_t fresh;          ///< groups whose samples are new
+        ForgottenLights forgotten;    ///< what is known beside `missing`
         std::uint64_t newly_sampled;  ///< lights of `fresh`, but those whose samples are known still
         BrickWords lit;
         std::array<glm::vec3, 64> positions;
@@ -141,8 +141,8 @@ private:
         if (const BrickTile* tile = data_.view().find_tile(*missing.brick, missing.tile)) {
             brick.samples.sampled = load_acquire(tile->sampled);
             still_sampled = lights_of_groups(brick.forgotten.sampled) & ~brick.forgotten.lights;
-            brick.samples.uniform = load_relaxed(tile->uniform) &
-                                    (lights_of_groups(brick.samples.sampled) | still_sampled);
+            brick.samples.uniform =
+                load_relaxed(tile->uniform) & (lights_of_groups(brick.samples.sampled) | still_sampled);
             brick.samples.lit = load_relaxed(tile->lit) & brick.samples.uniform;
         }
         brick.fresh = groups_with_units(missing.units) & ~brick.samples.sampled;

@@ -88,8 +88,8 @@ public:
         std::vector<std::unique_ptr<ShadowMap<Renderer>>> others(lights.size());
         for (std::size_t i = 0; i < lights.size(); ++i) {
             auto map = map_of(i, lights[i]);
-            // Texels show what lies beyond a point, too. The middles of those that are asked are up to one side
-            // away along both axes, at a picture's edge two.
+            // Texels show what lies beyond a point, too. The middles of those that are asked are up to one
+            // side away along both axes, at a picture's edge two.
             sights[i] = {3.0 * map->texel_angle(), 3.0 * map->texel_side(), SegmentEnd::beyond_point,
                          !map->has_views_of(*maps_[i])};
             if (sights[i].is_new)

@@ -56,7 +56,8 @@ public:
     /// std::bad_alloc.
     void copy(const MeshFiller& other) const {
         copy_level(other.data_, data_);
-        long_tests_done_.store(other.long_tests_done_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+        long_tests_done_.store(other.long_tests_done_.load(std::memory_order_relaxed),
+                               std::memory_order_relaxed);
         long_rays_.store(other.long_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
         link_rays_.store(other.link_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
     }

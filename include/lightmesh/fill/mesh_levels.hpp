@@ -2,8 +2,8 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
-#include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/grid.hpp>
@@ -123,8 +123,8 @@ public:
     void set_light(std::size_t i, const Light& light) {
         const MeshData& known = finest_.data();
         const LightTable lights = known.lights().with(i, light);
-        auto user_lights = std::make_shared<std::vector<Light>>(known.user_lights().begin(),
-                                                                known.user_lights().end());
+        auto user_lights =
+            std::make_shared<std::vector<Light>>(known.user_lights().begin(), known.user_lights().end());
         (*user_lights)[i] = light;
         const bool looks_alike = lights.shape(i) == known.lights().shape(i);
         for_each([](int, const Level& level) { level.data().prepare_update(); });
@@ -138,14 +138,14 @@ public:
             if (looks_alike)
                 return;
             data.for_each_brick([&](const Brick& brick) {
-                forgotten_.visibilities += data.forget(brick, place / lights_per_tile,
-                                                       std::uint64_t{1} << place % lights_per_tile);
+                forgotten_.visibilities +=
+                    data.forget(brick, place / lights_per_tile, std::uint64_t{1} << place % lights_per_tile);
             });
         });
     }
 
-    /// The same levels with a light more, behind all others; these are not to be used any more then. Throws as
-    /// `set_light`.
+    /// The same levels with a light more, behind all others; these are not to be used any more then. Throws
+    /// as `set_light`.
     std::unique_ptr<MeshLevels> with_light(const Light& light) {
         const auto known = finest_.data().user_lights();
         std::vector<Light> lights(known.begin(), known.end());

@@ -54,9 +54,7 @@ public:
 
     /// As `RayLongTests`.
     void set_light(std::size_t i, const Light& light) { volumes_[i] = volumes_of(triangles_, i, light); }
-    void add_light(const Light& light) {
-        volumes_.push_back(volumes_of(triangles_, volumes_.size(), light));
-    }
+    void add_light(const Light& light) { volumes_.push_back(volumes_of(triangles_, volumes_.size(), light)); }
     void remove_last() { volumes_.pop_back(); }
 
     /// The triangles are read anew.

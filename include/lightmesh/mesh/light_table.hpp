@@ -196,7 +196,8 @@ private:
         void fill(std::size_t tile) {
             tiles[tile] = {};
             const std::size_t first = tile * lights_per_tile;
-            for (std::size_t place = first; place < (std::min)(first + lights_per_tile, shapes.size()); ++place)
+            for (std::size_t place = first; place < (std::min)(first + lights_per_tile, shapes.size());
+                 ++place)
                 tiles[tile].set(place - first, shapes[order.light_at(place)]);
         }
 

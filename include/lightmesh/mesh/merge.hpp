@@ -109,14 +109,14 @@ private:
                 const std::size_t their_l = place % lights_per_tile;
                 if (const BrickTile* tile = view_.find_tile(brick, place / lights_per_tile)) {
                     cells = load_acquire(tile->known) >> (their_l / lights_per_group) & every_byte;
-                    sampled |= (std::uint64_t{load_acquire(tile->sampled)} >> (their_l / lights_per_group) & 1) << l;
+                    sampled |=
+                        (std::uint64_t{load_acquire(tile->sampled)} >> (their_l / lights_per_group) & 1) << l;
                     samples.uniform |= (load_acquire(tile->uniform) >> their_l & 1) << l;
                     samples.lit |= (load_relaxed(tile->lit) >> their_l & 1) << l;
                     for (std::uint64_t rest = cells; rest != 0; rest &= rest - 1) {
                         const int first = std::countr_zero(rest);
-                        lit[l] |=
-                            static_cast<std::uint64_t>(view_.lit_in_cell(*tile, first / 8, their_l))
-                            << first;
+                        lit[l] |= static_cast<std::uint64_t>(view_.lit_in_cell(*tile, first / 8, their_l))
+                                  << first;
                     }
                 }
             }
@@ -189,7 +189,8 @@ private:
                 continue;
             const std::uint64_t in_cell = std::uint64_t{0xff} << (8 * cell);
             data_.publish_links(own, cell,
-                                {load_relaxed(brick.links[0]) & in_cell, load_relaxed(brick.links[1]) & in_cell,
+                                {load_relaxed(brick.links[0]) & in_cell,
+                                 load_relaxed(brick.links[1]) & in_cell,
                                  load_relaxed(brick.links[2]) & in_cell});
         }
     }
@@ -209,8 +210,8 @@ private:
     const MergeRules& rules_;
 };
 
-/// A mesh that knows what another one does, of the lights that both have, in an order of its own: with nothing
-/// left of what was forgotten or superseded. Throws std::bad_alloc.
+/// A mesh that knows what another one does, of the lights that both have, in an order of its own: with
+/// nothing left of what was forgotten or superseded. Throws std::bad_alloc.
 inline void copy_level(const MeshData& from, MeshData& to) {
     MergeRules rules{.changed = {}, .same_lights = std::vector<bool>(to.user_lights().size())};
     for (std::size_t i = 0; i < rules.same_lights.size(); ++i)

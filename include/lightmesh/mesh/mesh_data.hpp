@@ -128,8 +128,8 @@ public:
             std::uint32_t& index = cells[static_cast<std::size_t>(cell)];
             const auto groups = static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff;
             const auto kept = static_cast<std::uint32_t>(before.units >> (8 * cell)) & groups;
-            const std::uint64_t stored = lights_of_groups(groups) & ~uniform &
-                                         (~lights_of_groups(kept) | before.lights);
+            const std::uint64_t stored =
+                lights_of_groups(groups) & ~uniform & (~lights_of_groups(kept) | before.lights);
             if (stored != 0 || (index != 0 && is_outdated))
                 index = keep(merged_row(tile, cell, stored, lit), uniform, uniformly_lit).value;
         }
@@ -179,9 +179,8 @@ public:
         std::size_t count = 0;
         for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            count += 8 * static_cast<std::size_t>(
-                             std::popcount(((units >> (l / lights_per_group)) & every_byte) |
-                                           forgotten->cells_with(l)));
+            count += 8 * static_cast<std::size_t>(std::popcount(
+                             ((units >> (l / lights_per_group)) & every_byte) | forgotten->cells_with(l)));
         }
         forgotten->units |= units;
         forgotten->sampled |= tile.sampled & groups;

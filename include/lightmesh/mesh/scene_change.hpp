@@ -50,8 +50,8 @@ inline Bounds widened(const Bounds& box, float margin) {
 
 /// The greatest distance between points of two boxes.
 inline double farthest_between(const Bounds& a, const Bounds& b) {
-    return glm::length(glm::max(glm::abs(glm::dvec3(b.high) - glm::dvec3(a.low)),
-                                glm::abs(glm::dvec3(a.high) - glm::dvec3(b.low))));
+    return glm::length((glm::max)(glm::abs(glm::dvec3(b.high) - glm::dvec3(a.low)),
+                                  glm::abs(glm::dvec3(a.high) - glm::dvec3(b.low))));
 }
 
 /// How far a segment between a point and a light goes on.

@@ -167,8 +167,8 @@ public:
         render([](std::size_t) { return true; });
     }
 
-    /// Forgets the pictures that may show one of these boxes, in which the scene has changed. Nothing else may
-    /// use the map meanwhile.
+    /// Forgets the pictures that may show one of these boxes, in which the scene has changed. Nothing else
+    /// may use the map meanwhile.
     void forget(std::span<const Bounds> boxes) {
         for (std::size_t i = 0; i < views_.size(); ++i)
             if (std::ranges::any_of(boxes, [&](const Bounds& box) { return views_.may_show(i, box); }))

@@ -141,8 +141,7 @@ public:
             const glm::dvec3 way = at - glm::dvec3(view.eye);
             const glm::dvec3 right(view.right);
             const glm::dvec3 down(view.down);
-            const double limit =
-                edge * (view.orthographic ? 1.0 : glm::dot(glm::dvec3(view.forward), way));
+            const double limit = edge * (view.orthographic ? 1.0 : glm::dot(glm::dvec3(view.forward), way));
             const double x = glm::dot(right, way) / glm::dot(right, right);
             const double y = glm::dot(down, way) / glm::dot(down, down);
             is_beyond[0] &= x > limit;

@@ -92,8 +92,8 @@ public:
             lit[i] = visible(points[i]) ? 1 : 0;
     }
 
-    /// Whether the light of another one looks along the same axes at the same scale: then both say the same of
-    /// points that only triangles hide which both have.
+    /// Whether the light of another one looks along the same axes at the same scale: then both say the same
+    /// of points that only triangles hide which both have.
     bool has_frames_of(const ShadowVolumes& other) const {
         return frames_ == other.frames_ && clearance_ == other.clearance_;
     }
