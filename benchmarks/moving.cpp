@@ -94,7 +94,8 @@ void time_moves(const std::string& name, const Make& make, const bench::ShadingP
         return light;
     };
     print(name + ": one of 64 lights moves a little each frame",
-          time_frames(subject, points, [&](int frame) { subject.set_light(mover, moved(frame)); }), light_to_reach);
+          time_frames(subject, points, [&](int frame) { subject.set_light(mover, moved(frame)); }),
+          light_to_reach);
     print(name + ": all 64 lights' strengths change",
           time_frames(subject, points,
                       [&](int) {
