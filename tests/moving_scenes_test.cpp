@@ -447,3 +447,48 @@ TEST_CASE("moving scenes: what is wrong is named, and nothing has changed then")
     check(mesh);
     check(cache);
 }
+
+TEST_CASE("moving scenes: over its budget, a frame forgets what has gone unused for the longest time") {
+    // Memory comes in chunks: only of many of them half can be given back.
+    const StillWorld world(20, 1000);
+    const auto part = [&](std::size_t frame) {
+        return std::span(world.points).subspan(frame % 10 * 100, 100);
+    };
+    lightmesh::Settings settings{.radius = 0.4f, .quality = 3.0f};
+    CacheSettings cache_settings{.spacing = 0.15f, .detail = 4, .lamp_rays = 16};
+    const lightmesh::LightMesh expected_mesh{test::PlainTracer{&world.scene}, world.lights, settings};
+    const VisibilityCache expected_cache{HitTracer{&world.scene}, world.lights, cache_settings};
+    const auto watch = [&](auto& subject, const auto& expected, std::size_t budget, double slack) {
+        std::size_t most = 0;
+        for (std::size_t frame = 0; frame < 30; ++frame) {
+            subject.begin_frame();
+            most = std::max(most, frame < 2 ? 0 : subject.statistics().bytes);
+            for (const lightmesh::SurfacePoint& point : part(frame))
+                CHECK(ask(subject, point) == ask(expected, point));
+        }
+        CHECK(static_cast<double>(most) < slack * static_cast<double>(budget));
+        // What the last frame used is there still.
+        subject.begin_frame();
+        const auto before = subject.statistics();
+        for (const lightmesh::SurfacePoint& point : part(29))
+            (void)ask(subject, point);
+        return std::pair(before, subject.statistics());
+    };
+    expected_mesh.fill(world.points);
+    expected_cache.fill(world.points);
+    const std::size_t mesh_budget = expected_mesh.statistics().bytes / 2;
+    settings.memory_budget = mesh_budget;
+    lightmesh::LightMesh mesh{test::PlainTracer{&world.scene}, world.lights, settings};
+    const auto [mesh_before, mesh_after] = watch(mesh, expected_mesh, mesh_budget, 1.3);
+    CHECK(mesh_after.long_rays == mesh_before.long_rays);
+    CHECK(mesh_before.long_rays > expected_mesh.statistics().long_rays);
+
+    const std::size_t cache_budget = expected_cache.statistics().bytes * 4 / 5;
+    cache_settings.memory_budget = cache_budget;
+    VisibilityCache cache{HitTracer{&world.scene}, world.lights, cache_settings};
+    const auto [cache_before, cache_after] = watch(cache, expected_cache, cache_budget, 1.3);
+    const VisibilityCache fresh{HitTracer{&world.scene}, world.lights, cache_settings};
+    fresh.fill(part(29));
+    CHECK(cache_after.lamp_rays - cache_before.lamp_rays < fresh.statistics().lamp_rays / 4);
+    CHECK(cache_before.lamp_rays > expected_cache.statistics().lamp_rays);
+}

@@ -25,7 +25,8 @@ struct CacheSettings {
     /// planes.
     glm::vec3 origin{std::numeric_limits<float>::quiet_NaN()};
     /// Bytes beyond which nothing new is kept: queries still give the same values, but find them anew each
-    /// time. It may be passed by what is reserved at once, about a megabyte.
+    /// time, until `VisibilityCache::begin_frame` forgets what has gone unused. It may be passed by what is
+    /// reserved at once, about a megabyte.
     std::size_t memory_budget = (std::numeric_limits<std::size_t>::max)();
     /// Whether rays from the point itself decide where the finest records still disagree: sharp edges for
     /// small lamps, at up to `lamp_rays` rays for each point and light on such an edge, always.

@@ -234,6 +234,21 @@ public:
     /// As above.
     void scene_changed(const Bounds& box) { scene_changed({&box, 1}); }
 
+    /// Says that a new frame begins: what queries use from now on is newer than what they used before. If the
+    /// mesh holds more than `Settings::memory_budget`, what has gone unused for the longest time is
+    /// forgotten, so much that three quarters of that are left, but nothing that the frame before has used;
+    /// what is asked for again is found again. An exclusive call. Throws std::bad_alloc; nothing has changed
+    /// then.
+    void begin_frame() {
+        const std::size_t bytes = levels_->bytes();
+        if (bytes > settings().memory_budget) {
+            const double share =
+                0.75 * static_cast<double>(settings().memory_budget) / static_cast<double>(bytes);
+            levels_ = std::make_unique<Levels>(*levels_, lights(), levels_->ages().most_of(share));
+        }
+        levels_->next_frame();
+    }
+
     /// Copies all that the mesh knows to memory without gaps, and gives back what updates have left behind:
     /// both are there for a moment. An exclusive call. Throws std::bad_alloc; nothing has changed then.
     void compact() { levels_ = std::make_unique<Levels>(*levels_, lights()); }

@@ -5,6 +5,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <limits>
 #include <optional>
 
@@ -58,6 +59,9 @@ struct Settings {
     /// The box around everything that throws shadows, world units; only used with a `DepthRenderer` that has
     /// no member `bounds`, for the shadow maps of directional lights.
     std::optional<Bounds> scene_bounds{};
+    /// Bytes beyond which `LightMesh::begin_frame` forgets what has gone unused. Within a frame the mesh
+    /// takes what it needs; shadow maps and volumes do not count.
+    std::size_t memory_budget = (std::numeric_limits<std::size_t>::max)();
 };
 
 }  // namespace lightmesh

@@ -214,6 +214,17 @@ public:
     /// As above.
     void scene_changed(const Bounds& box) { scene_changed({&box, 1}); }
 
+    /// Says that a new frame begins: what queries use from now on is newer than what they used before. If
+    /// `CacheSettings::memory_budget` is taken, what has gone unused for the longest time is forgotten, so
+    /// much that three quarters of it are left, but nothing that the frame before has used; what is asked for
+    /// again is found again. Of blur rows the mesh does the same with its own budget. An exclusive call.
+    /// Throws std::bad_alloc; nothing is lost then.
+    void begin_frame() {
+        if constexpr (!std::same_as<Rows, LampRows>)
+            store_->rows().mesh.begin_frame();
+        store_->begin_frame();
+    }
+
     /// Copies all that the cache knows to memory without gaps, and gives back what updates have left behind:
     /// both are there for a moment. Of blur rows also what the mesh knows. An exclusive call. Throws
     /// std::bad_alloc; nothing is lost then.

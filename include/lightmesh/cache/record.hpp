@@ -87,6 +87,8 @@ struct alignas(8) Record {
     std::atomic<std::uint16_t> links{0};
     /// The first of its row blocks; 0: none.
     std::atomic<std::uint32_t> rows{0};
+    /// The last frame, modulo 2^16, in which a query asked for it.
+    std::atomic<std::uint16_t> used{0};
 
     bool is_on_surface() const { return fall >= 0.0f; }
     glm::vec3 unit_normal() const { return glm::vec3(normal[0], normal[1], normal[2]) * (1.0f / 32767.0f); }

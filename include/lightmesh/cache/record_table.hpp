@@ -112,6 +112,10 @@ public:
             sum += part.bytes.load(std::memory_order_relaxed);
         return sum;
     }
+    /// Those of a table with nothing in it.
+    static constexpr std::size_t least_bytes() {
+        return UnitPool::least_bytes() + 64 * first_size * sizeof(std::uint32_t);
+    }
     /// Of these what waits for its next use.
     std::size_t free_bytes() const { return pool_.free_bytes(); }
     std::size_t records_of_level(std::size_t level) const {

@@ -18,6 +18,7 @@
 #include <lightmesh/mesh/free_slots.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/support/frame_ages.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/vec3.hpp>
@@ -274,12 +275,17 @@ public:
             });
     }
 
-    /// Copies all records to memory without gaps. Throws std::bad_alloc; nothing has changed then.
-    void compact() {
+    /// Copies the records that queries have asked for in the last frames, at most so many frames before this
+    /// one, to memory without gaps; the others are forgotten. Throws std::bad_alloc; nothing has changed
+    /// then.
+    void compact(int most_frames_unused = 0xffff) {
         auto copy = std::make_unique<RecordTable>();
         std::size_t octets = 0;
         table_->for_each_record([&](const Record& record) {
+            if (frames_unused(record) > most_frames_unused)
+                return;
             Record& own = *copy->add(record);
+            own.used.store(record.used.load(std::memory_order_relaxed), std::memory_order_relaxed);
             own.links.store(record.links.load(std::memory_order_relaxed), std::memory_order_relaxed);
             const RowList from(table_->pool(), const_cast<Record&>(record).rows);
             RowList to(copy->pool(), own.rows);
@@ -293,10 +299,25 @@ public:
             });
         });
         table_->for_each_alias([&](const RecordKey& key, const Record& record) {
-            copy->add_alias(key, *copy->find(record.key));
+            if (const Record* own = copy->find(record.key))
+                copy->add_alias(key, *own);
         });
         table_ = std::move(copy);
         octets_.store(octets, std::memory_order_relaxed);
+    }
+
+    /// Begins the next frame. If the budget is taken, forgets the records that have gone unused for the
+    /// longest time, so that three quarters of it are left, but none that was used in this one. Throws
+    /// std::bad_alloc; nothing has changed then.
+    void begin_frame() {
+        if (is_full()) {
+            FrameAges ages;
+            table_->for_each_record([&](const Record& record) { ages.add(frames_unused(record)); });
+            const auto least = static_cast<double>(RecordTable::least_bytes());
+            compact(ages.most_of((0.75 * static_cast<double>(settings_.memory_budget) - least) /
+                                 (static_cast<double>(table_->bytes()) - least)));
+        }
+        ++frame_;
     }
 
     CacheStatistics statistics() const {
@@ -316,6 +337,10 @@ public:
     }
 
 private:
+    int frames_unused(const Record& record) const {
+        return static_cast<std::uint16_t>(frame_ - record.used.load(std::memory_order_relaxed));
+    }
+
     static constexpr bool has_mesh = !std::is_same_v<Rows, LampRows>;
 
     /// Puts a light in the place of another and calls commit(), which may throw: then nothing has changed.
@@ -375,6 +400,8 @@ private:
     }
 
     Column stand(const Record& record, const Way& way, bool is_kept) const {
+        if (record.used.load(std::memory_order_relaxed) != frame_)
+            const_cast<Record&>(record).used.store(frame_, std::memory_order_relaxed);
         return column_of(lattice_, record, way, is_kept);
     }
 
@@ -456,6 +483,7 @@ private:
     mutable std::atomic<std::uint64_t> place_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};
     mutable std::atomic<std::size_t> octets_{0};
+    std::uint16_t frame_ = 0;
     std::uint64_t forgotten_records_ = 0;
     std::uint64_t forgotten_values_ = 0;
 };

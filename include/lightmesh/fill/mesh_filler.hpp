@@ -32,7 +32,14 @@ public:
     const Tracer& tracer() const { return tracer_; }
     MeshData& data() const { return data_; }
 
-    const Brick* make_brick(const glm::ivec3& coord) const { return &data_.find_or_make_brick(coord); }
+    /// The brick of these coordinates, made if it is not there, for a query.
+    const Brick* use_brick(const MeshView& mesh, const glm::ivec3& coord) const {
+        const Brick* brick = mesh.find_brick(coord);
+        if (brick == nullptr)
+            brick = &data_.find_or_make_brick(coord);
+        data_.mark_used(*brick);
+        return brick;
+    }
 
     /// Afterwards all units of the list are known.
     void fill(const MissingList& missing) const {
@@ -52,10 +59,10 @@ public:
         return found + 1;
     }
 
-    /// Takes over what another mesh knows of the lights that both have, and what that has cost. Throws
-    /// std::bad_alloc.
-    void copy(const MeshFiller& other) const {
-        copy_level(other.data_, data_);
+    /// Takes over what another mesh knows, as `copy_level`, and what that has cost.
+    template <class Keep>
+    void copy(const MeshFiller& other, const Keep& keep) const {
+        copy_level(other.data_, data_, keep);
         long_tests_done_.store(other.long_tests_done_.load(std::memory_order_relaxed),
                                std::memory_order_relaxed);
         long_rays_.store(other.long_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);

@@ -16,6 +16,7 @@
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/support/check_light.hpp>
+#include <lightmesh/support/frame_ages.hpp>
 #include <lightmesh/support/made_once.hpp>
 
 #include <array>
@@ -55,10 +56,16 @@ public:
         : MeshLevels{checked(lights, settings),
                      std::make_shared<Adapters>(Adapters{
                          std::move(tracer), LongTests(std::forward<LongTestArguments>(long_tests)...)})} {}
-    /// What another mesh with the same adapters knows of the lights that both have. Throws std::bad_alloc.
-    MeshLevels(const MeshLevels& other, std::span<const Light> lights)
+    /// What another mesh with the same adapters knows of the lights that both have, in the bricks that
+    /// queries have asked for in the last frames: at most so many frames before this one. Throws
+    /// std::bad_alloc.
+    MeshLevels(const MeshLevels& other, std::span<const Light> lights, int most_frames_unused = 0xffff)
         : MeshLevels({lights, other.finest_.data().settings()}, other.adapters_) {
-        other.for_each([&](int k, const Level& from) { level(k).copy(from); });
+        other.for_each([&](int k, const Level& from) {
+            level(k).copy(from, [&](const Brick& brick) {
+                return from.data().frames_unused(brick) <= most_frames_unused;
+            });
+        });
         forgotten_ = other.forgotten_;
     }
     MeshLevels(const MeshLevels&) = delete;
@@ -79,8 +86,10 @@ public:
         if (const Level* made = find(k))
             return *made;
         const MeshData& known = finest_.data();
-        coarser_[static_cast<std::size_t>(k - 1)].publish(std::make_unique<const Level>(
-            adapters_->tracer, adapters_->long_tests, known, settings_of_level(known.settings(), k)));
+        auto level = std::make_unique<const Level>(adapters_->tracer, adapters_->long_tests, known,
+                                                   settings_of_level(known.settings(), k));
+        level->data().set_frame(known.frame());
+        coarser_[static_cast<std::size_t>(k - 1)].publish(std::move(level));
         return *find(k);
     }
 
@@ -170,6 +179,30 @@ public:
             MeshData& data = level.data();
             data.reuse_superseded();
             forgotten_ += MeshChange(data, boxes, sights).forget_in(data);
+        });
+    }
+
+    /// Bytes of what is known.
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for_each([&](int, const Level& level) { sum += level.data().bytes(); });
+        return sum;
+    }
+
+    /// How long bricks have gone unused.
+    FrameAges ages() const {
+        FrameAges ages;
+        for_each([&](int, const Level& level) {
+            level.data().for_each_brick(
+                [&](const Brick& brick) { ages.add(level.data().frames_unused(brick)); });
+        });
+        return ages;
+    }
+
+    /// Begins to count the next frame.
+    void next_frame() {
+        for_each([](int, const Level& level) {
+            level.data().set_frame(static_cast<std::uint16_t>(level.data().frame() + 1));
         });
     }
 

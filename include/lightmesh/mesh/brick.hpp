@@ -141,6 +141,7 @@ struct Brick {
     std::uint32_t tiles;
     std::uint8_t links_known;  ///< one bit a cell
     std::uint8_t lock;         ///< held by whoever changes tiles or floods
+    std::uint16_t used;        ///< the last frame in which a query asked for it: see `MeshData::frame`
 
     glm::ivec3 position() const { return {coord[0], coord[1], coord[2]}; }
 };

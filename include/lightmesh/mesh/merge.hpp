@@ -25,6 +25,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -43,8 +44,8 @@ struct KnownByBoth {
     std::uint64_t differing = 0;
 };
 
-/// Adds what a snapshot, or another mesh, knows of a level and a mesh lacks. `From` is a `SnapshotLevel` or
-/// `MeshData`, which other threads may add to meanwhile: what is published by then is copied.
+/// Adds what a snapshot, or another mesh, knows of a level and a mesh lacks. `From` is a `SnapshotLevel`, or
+/// `KeptBricks`, to which other threads may add meanwhile: what is published by then is copied.
 template <class From>
 class LevelMerge {
 public:
@@ -210,14 +211,41 @@ private:
     const MergeRules& rules_;
 };
 
-/// A mesh that knows what another one does, of the lights that both have, in an order of its own: with
-/// nothing left of what was forgotten or superseded. Throws std::bad_alloc.
-inline void copy_level(const MeshData& from, MeshData& to) {
+/// Those bricks of a mesh for which keep(brick) holds.
+template <class Keep>
+class KeptBricks {
+public:
+    KeptBricks(const MeshData& data, Keep keep) : data_(data), keep_(std::move(keep)) {}
+
+    MeshView view() const { return data_.view(); }
+    template <class Visitor>
+    void for_each_brick(Visitor&& visit) const {
+        data_.for_each_brick([&](const Brick& brick) {
+            if (keep_(brick))
+                visit(brick);
+        });
+    }
+
+private:
+    const MeshData& data_;
+    Keep keep_;
+};
+
+/// Adds what a mesh knows to another one that knows nothing yet, of the lights that both have and the bricks
+/// for which keep(brick) holds: with nothing left of what was forgotten or superseded. Throws std::bad_alloc.
+template <class Keep>
+void copy_level(const MeshData& from, MeshData& to, const Keep& keep) {
     MergeRules rules{.changed = {}, .same_lights = std::vector<bool>(to.user_lights().size())};
     for (std::size_t i = 0; i < rules.same_lights.size(); ++i)
         rules.same_lights[i] = i < from.user_lights().size() &&
                                record_of(from.user_lights()[i]) == record_of(to.user_lights()[i]);
-    LevelMerge<MeshData>(to, from, rules).add();
+    const KeptBricks kept(from, keep);
+    // Also those of which nothing is known: queries have asked for them, and found that they need no more.
+    kept.for_each_brick([&](const Brick& brick) {
+        store_relaxed(to.find_or_make_brick(brick.position()).used, load_relaxed(brick.used));
+    });
+    to.set_frame(from.frame());
+    LevelMerge(to, kept, rules).add();
 }
 
 /// Adds what a snapshot knows and a mesh lacks, level by level. Throws std::invalid_argument, before anything

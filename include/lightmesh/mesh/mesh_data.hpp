@@ -226,6 +226,19 @@ public:
         superseded_.clear();
     }
 
+    /// The number of the frame, modulo 2^16.
+    std::uint16_t frame() const { return frame_; }
+    void set_frame(std::uint16_t frame) { frame_ = frame; }
+    /// Notes that a query asks for a brick.
+    void mark_used(const Brick& brick) const {
+        if (load_relaxed(brick.used) != frame_)
+            store_relaxed(const_cast<Brick&>(brick).used, frame_);
+    }
+    /// How many frames ago a query last asked for a brick.
+    std::uint16_t frames_unused(const Brick& brick) const {
+        return static_cast<std::uint16_t>(frame_ - brick.used);
+    }
+
     /// Whether lights were changed, or anything was forgotten, since it was made.
     bool was_updated() const { return !forgotten_.empty() || !lights_.has_own_order(); }
 
@@ -471,6 +484,7 @@ private:
     Pool<CellRow> rows_;
     Pool<std::uint64_t> words_;
     std::size_t region_count_ = 0;
+    std::uint16_t frame_ = 0;
     /// For each tile that was there at the last update, by its index.
     std::vector<ForgottenLights> forgotten_;
     std::mutex superseding_;

@@ -56,15 +56,12 @@ public:
         return static_cast<std::uint32_t>(p.x + side_ * (p.y + side_ * p.z));
     }
 
-    /// The brick of these coordinates; if it is not there, what make(coord) returns.
-    template <class Make>
-    const Brick* find(std::uint32_t slot, const glm::ivec3& coord, Make&& make) {
+    /// The brick of these coordinates: what find(mesh, coord) returns, which is asked once.
+    template <class Find>
+    const Brick* find(std::uint32_t slot, const glm::ivec3& coord, Find&& find) {
         const Brick*& known = slots_[slot];
-        if (known == nullptr) {
-            known = mesh_.find_brick(coord);
-            if (known == nullptr)
-                known = make(coord);
-        }
+        if (known == nullptr)
+            known = find(mesh_, coord);
         return known;
     }
 

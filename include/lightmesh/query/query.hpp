@@ -159,8 +159,10 @@ private:
         for (std::size_t i = 0; i < size; ++i) {
             const glm::ivec3 coord = hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z);
             const std::uint32_t slot = window_.slot_of(coord);
-            const Brick* brick = window_.find(
-                slot, coord, [this](const glm::ivec3& missing) { return filler_.make_brick(missing); });
+            const Brick* brick =
+                window_.find(slot, coord, [this](const MeshView& mesh, const glm::ivec3& at) {
+                    return filler_.use_brick(mesh, at);
+                });
             entries[i] = {brick, masks[i].points, slot};
         }
         point.neighbours = Neighbours(entries, size);
@@ -449,8 +451,7 @@ float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3
     const std::size_t size = kernels().find_masks(hemisphere, masks);
     for (std::size_t i = 0; i < size; ++i) {
         const glm::ivec3 coord = hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z);
-        const Brick* brick = mesh.find_brick(coord);
-        entries[i] = {brick != nullptr ? brick : filler.make_brick(coord), masks[i].points, 0};
+        entries[i] = {filler.use_brick(mesh, coord), masks[i].points, 0};
     }
     point.neighbours = Neighbours(entries, size);
     mesh = filler.data().view();

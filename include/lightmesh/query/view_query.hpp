@@ -49,7 +49,10 @@ public:
 
     const Tracer& tracer() const { return tracer_; }
     Data data() const { return {mesh_}; }
-    [[noreturn]] const Brick* make_brick(const glm::ivec3&) const { throw NotInSnapshot(); }
+    const Brick* use_brick(const MeshView& mesh, const glm::ivec3& coord) const {
+        const Brick* brick = mesh.find_brick(coord);
+        return brick != nullptr ? brick : throw NotInSnapshot();
+    }
     [[noreturn]] void fill(const MissingList&) const { throw NotInSnapshot(); }
     std::uint32_t flood_of(const MeshView& mesh, const Brick& brick, const glm::ivec3& seed) const {
         const std::uint32_t flood = find_flood(mesh, brick, bit_in_brick(seed));

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace lightmesh::detail {
+
+/// How long things have gone unused: how many of them for so many frames.
+class FrameAges {
+public:
+    /// Frames from here on are not told apart.
+    static constexpr int oldest = 255;
+
+    void add(int frames_unused) {
+        ++counts_[static_cast<std::size_t>((std::min)(frames_unused, oldest))];
+        ++all_;
+    }
+
+    /// How many frames those may have gone unused at most that are to be kept, so that they are no more than
+    /// a share of all; 0 if those of the last frame are more already: they are kept always.
+    int most_of(double share) const {
+        std::size_t kept = counts_[0];
+        int frames = 0;
+        while (frames < oldest) {
+            kept += counts_[static_cast<std::size_t>(frames + 1)];
+            if (static_cast<double>(kept) > share * static_cast<double>(all_))
+                break;
+            ++frames;
+        }
+        return frames;
+    }
+
+private:
+    std::array<std::size_t, oldest + 1> counts_{};
+    std::size_t all_ = 0;
+};
+
+}  // namespace lightmesh::detail
