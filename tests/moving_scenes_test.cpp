@@ -107,9 +107,13 @@ public:
             }
             build();
             subject.scene_changed(changed);
+            changed_.insert(changed_.end(), changed.begin(), changed.end());
         }
         }
     }
+
+    /// All boxes that have changed so far.
+    std::vector<Bounds>& changed() { return changed_; }
 
     lightmesh::SurfacePoint point() {
         const auto [position, normal] = test::surface_points(random_, scene_, 1)[0];
@@ -143,10 +147,11 @@ private:
     std::vector<Bounds> boxes_;
     std::vector<test::Triangle> scene_;
     std::vector<lightmesh::Light> lights_;
+    std::vector<Bounds> changed_;
     std::vector<bool> is_free_ = std::vector<bool>(16, false);
 };
 
-/// Moves, queries, and compares with something new: make(world) must know nothing yet.
+/// Moves, queries, merges, and compares with something new: make(world) must know nothing yet.
 template <class Make>
 void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
     MovingWorld world(seed, 9);
@@ -155,10 +160,33 @@ void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
     std::vector<lightmesh::SurfacePoint> points;
     for (int i = 0; i < 6; ++i)
         points.push_back(world.point());
+    // A snapshot, and how many boxes had changed when it was taken.
+    test::Bytes snapshot = subject.snapshot();
+    std::size_t changed_before = 0;
     for (int round = 0; round < rounds; ++round) {
         world.move(subject);
         points[world.random().below(points.size())] = world.point();
         const auto fresh = make(world);
+        switch (world.random().below(6)) {
+        case 0:
+            snapshot = subject.snapshot();
+            changed_before = world.changed().size();
+            break;
+        case 1:
+            subject.merge(snapshot, std::span(world.changed()).subspan(changed_before));
+            break;
+        case 2: {
+            const auto other = make(world);
+            other.fill(points);
+            subject.merge(other.snapshot());
+            break;
+        }
+        case 3:
+            subject.begin_frame();
+            break;
+        default:
+            break;
+        }
         for (std::size_t i = 0; i < points.size(); ++i)
             if (world.random().below(2) == 0)
                 differing += ask(subject, points[i]) != ask(fresh, points[i]) ? 1u : 0u;

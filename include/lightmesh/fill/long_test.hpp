@@ -7,7 +7,7 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/mesh/light_table.hpp>
-#include <lightmesh/mesh/mesh_change.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
 
 #include <glm/vec3.hpp>
@@ -74,10 +74,12 @@ public:
     void set_light(std::size_t, const Light&) {}
     void add_light(const Light&) {}
     void remove_last() {}
-    /// The scene has changed in some boxes: how lights look at it now. Throws what reading it anew throws;
-    /// nothing has changed then.
-    std::vector<LightSight> look_again(std::span<const Light> lights, std::span<const Bounds>) {
-        return std::vector<LightSight>(lights.size());
+    /// How a light looks at the scene.
+    LightSight sight_of(std::size_t) const { return {}; }
+    /// The scene has changed in some boxes. Returns which lights look at it in another way now, so that
+    /// nothing of them holds. Throws what reading it anew throws; nothing has changed then.
+    std::vector<bool> look_again(std::span<const Light> lights, std::span<const Bounds>) {
+        return std::vector<bool>(lights.size());
     }
 };
 

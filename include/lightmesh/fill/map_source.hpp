@@ -7,7 +7,6 @@
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
-#include <lightmesh/mesh/mesh_change.hpp>
 #include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadows/shadow_map.hpp>
@@ -82,26 +81,30 @@ public:
     void add_light(const Light& light) { maps_.push_back(map_of(maps_.size(), light)); }
     void remove_last() { maps_.pop_back(); }
 
-    /// Pictures that may show a box are rendered anew when they are needed.
-    std::vector<LightSight> look_again(std::span<const Light> lights, std::span<const Bounds> boxes) {
-        std::vector<LightSight> sights(lights.size());
+    /// As `RayLongTests`. Texels show what lies beyond a point, too; the middles of those that are asked are
+    /// up to one side away along both axes, at a picture's edge two.
+    LightSight sight_of(std::size_t i) const {
+        const ShadowMap<Renderer>& map = *maps_[i];
+        return {3.0 * map.texel_angle(), 3.0 * map.texel_side(), SegmentEnd::beyond_point,
+                map.texel_side() > 0.0};
+    }
+    /// As `RayLongTests`. Pictures that may show a box are rendered anew when they are needed.
+    std::vector<bool> look_again(std::span<const Light> lights, std::span<const Bounds> boxes) {
+        std::vector<bool> is_new(lights.size());
         std::vector<std::unique_ptr<ShadowMap<Renderer>>> others(lights.size());
         for (std::size_t i = 0; i < lights.size(); ++i) {
             auto map = map_of(i, lights[i]);
-            // Texels show what lies beyond a point, too. The middles of those that are asked are up to one
-            // side away along both axes, at a picture's edge two.
-            sights[i] = {3.0 * map->texel_angle(), 3.0 * map->texel_side(), SegmentEnd::beyond_point,
-                         !map->has_views_of(*maps_[i])};
-            if (sights[i].is_new)
+            is_new[i] = !map->has_views_of(*maps_[i]);
+            if (is_new[i])
                 others[i] = std::move(map);
         }
         for (std::size_t i = 0; i < lights.size(); ++i) {
-            if (others[i] != nullptr)
+            if (is_new[i])
                 maps_[i] = std::move(others[i]);
             else
                 maps_[i]->forget(boxes);
         }
-        return sights;
+        return is_new;
     }
 
 private:

@@ -12,6 +12,7 @@
 #include <lightmesh/mesh/merge.hpp>
 #include <lightmesh/mesh/mesh_change.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
@@ -169,16 +170,25 @@ public:
         }
     }
 
+    /// How the lights look at the scene.
+    std::vector<LightSight> sights() const {
+        std::vector<LightSight> sights;
+        for (std::size_t i = 0; i < finest_.data().lights().size(); ++i)
+            sights.push_back(adapters_->long_tests.sight_of(i));
+        return sights;
+    }
+
     /// Forgets all that may have to do with changes of the scene in some boxes. Throws what the long tests
-    /// throw, and std::bad_alloc; then nothing of the mesh has changed.
+    /// throw; nothing of the mesh has changed then.
     void forget(std::span<const Bounds> boxes) {
         for_each([](int, const Level& level) { level.data().prepare_update(); });
-        const std::vector<LightSight> sights =
+        const std::vector<bool> is_new =
             adapters_->long_tests.look_again(finest_.data().user_lights(), boxes);
+        const std::vector<LightSight> of_lights = sights();
         for_each([&](int, const Level& level) {
             MeshData& data = level.data();
             data.reuse_superseded();
-            forgotten_ += MeshChange(data, boxes, sights).forget_in(data);
+            forgotten_ += MeshChange(data, boxes, of_lights, is_new).forget_in(data);
         });
     }
 

@@ -6,7 +6,7 @@
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/fill/long_test.hpp>
 #include <lightmesh/lights.hpp>
-#include <lightmesh/mesh/mesh_change.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -69,7 +69,8 @@ struct NoLongTests {
     void set_light(std::size_t, const Light&) {}
     void add_light(const Light&) {}
     void remove_last() {}
-    std::vector<LightSight> look_again(std::span<const Light>, std::span<const Bounds>) { return {}; }
+    LightSight sight_of(std::size_t) const { return {}; }
+    std::vector<bool> look_again(std::span<const Light>, std::span<const Bounds>) { return {}; }
 };
 
 /// The long tests that the second adapter of a light mesh stands for. Those of shadow maps and shadow volumes

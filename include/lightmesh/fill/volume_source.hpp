@@ -8,7 +8,7 @@
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
-#include <lightmesh/mesh/mesh_change.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadows/shadow_volume.hpp>
 #include <lightmesh/support/check.hpp>
@@ -57,17 +57,19 @@ public:
     void add_light(const Light& light) { volumes_.push_back(volumes_of(triangles_, volumes_.size(), light)); }
     void remove_last() { volumes_.pop_back(); }
 
-    /// The triangles are read anew.
-    std::vector<LightSight> look_again(std::span<const Light> lights, std::span<const Bounds>) {
-        std::vector<LightSight> sights(lights.size());
+    /// As `RayLongTests`.
+    LightSight sight_of(std::size_t i) const { return {.fits_scene = volumes_[i].fits_triangles()}; }
+    /// As `RayLongTests`. The triangles are read anew.
+    std::vector<bool> look_again(std::span<const Light> lights, std::span<const Bounds>) {
+        std::vector<bool> is_new(lights.size());
         auto triangles = std::make_shared<const OccluderTriangles>(source_);
         std::vector<ShadowVolumes> volumes = volumes_of(triangles, lights);
         // Where the frame is another one, so are roundings.
         for (std::size_t i = 0; i < lights.size(); ++i)
-            sights[i].is_new = !volumes[i].has_frames_of(volumes_[i]);
+            is_new[i] = !volumes[i].has_frames_of(volumes_[i]);
         triangles_ = std::move(triangles);
         volumes_ = std::move(volumes);
-        return sights;
+        return is_new;
     }
 
 private:

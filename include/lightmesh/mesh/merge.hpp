@@ -34,8 +34,9 @@ namespace lightmesh::detail {
 /// have changed.
 struct MergeRules {
     std::span<const Bounds> changed;
-    std::vector<bool> same_lights;  ///< for each light of the mesh whether the snapshot has it too
-    bool is_plain_copy = false;     ///< all lights are the same, in the same places, and nothing has changed
+    std::vector<bool> same_lights;      ///< for each light of the mesh whether the snapshot has it too
+    std::vector<LightChange> lights{};  ///< where something has changed, for each light of the mesh
+    bool is_plain_copy = false;  ///< all lights are the same, in the same places, and nothing has changed
 };
 
 /// Bits that a mesh and a snapshot both know.
@@ -87,10 +88,7 @@ private:
     bool light_counts(const Brick& brick, std::size_t light) const {
         if (!rules_.same_lights[light])
             return false;
-        const Bounds box = box_of(brick, 0.0f);
-        const LightShape shape = shape_of(data_.user_lights()[light]);
-        return std::ranges::none_of(rules_.changed,
-                                    [&](const Bounds& changed) { return crosses(box, shape, changed); });
+        return rules_.changed.empty() || !rules_.lights[light].concerns(box_of(brick, 0.0f));
     }
 
     /// What the snapshot knows of a tile of this mesh: units, the lights' bits, and what samples told.
@@ -300,8 +298,17 @@ private:
         rules_.same_lights.resize(mine.size());
         for (std::size_t i = 0; i < mine.size(); ++i)
             rules_.same_lights[i] = i < theirs.size() && record_of(mine[i]) == record_of(theirs[i]);
-        // Places follow from the lights.
+        if (!rules_.changed.empty()) {
+            const std::vector<LightSight> sights = levels_.sights();
+            for (std::size_t i = 0; i < mine.size(); ++i) {
+                rules_.lights.emplace_back(shape_of(mine[i]), sights[i], rules_.changed);
+                if (sights[i].fits_scene)
+                    rules_.same_lights[i] = false;
+            }
+        }
+        // A mesh whose lights have moved has them in other places than one that is made of them.
         rules_.is_plain_copy = mine.size() == theirs.size() && rules_.changed.empty() &&
+                               data().lights().order() == from_.lights().order() &&
                                std::ranges::all_of(rules_.same_lights, [](bool is_same) { return is_same; });
     }
 

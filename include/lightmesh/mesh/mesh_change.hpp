@@ -4,13 +4,11 @@
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
-#include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
 #include <lightmesh/mesh/scene_change.hpp>
 
 #include <glm/vec3.hpp>
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -18,14 +16,6 @@
 #include <vector>
 
 namespace lightmesh::detail {
-
-/// How long tests of a light look at the scene: what a changed box can have to do with.
-struct LightSight {
-    double angle = 0.0;     ///< how far beside a segment something counts, at distance 1 from the light
-    double distance = 0.0;  ///< the same, wherever it is; world units
-    SegmentEnd end = SegmentEnd::at_point;
-    bool is_new = false;  ///< it looks in another way than before: nothing of it holds
-};
 
 /// What has been forgotten, by kinds.
 struct ForgottenCounts {
@@ -43,15 +33,14 @@ struct ForgottenCounts {
 /// regions are left out where no light shines through a box.
 class MeshChange {
 public:
-    /// A sight for each light. Throws std::bad_alloc.
-    MeshChange(const MeshData& data, std::span<const Bounds> boxes, std::span<const LightSight> sights)
-        : boxes_(boxes), of_region_(data.lights().tile_count()) {
+    /// A sight for each light; of those in `is_new` nothing holds: they look in another way than before.
+    /// Throws std::bad_alloc.
+    MeshChange(const MeshData& data, std::span<const Bounds> boxes, std::span<const LightSight> sights,
+               const std::vector<bool>& is_new)
+        : boxes_(boxes), is_new_(is_new), of_region_(data.lights().tile_count()) {
         lights_.reserve(sights.size());
         for (std::size_t i = 0; i < sights.size(); ++i)
-            lights_.push_back({data.lights().shape(i), sights[i], {}});
-        for (LightInChange& light : lights_)
-            for (const Bounds& box : boxes)
-                light.boxes.push_back(widened(box, width_of(light, box)));
+            lights_.emplace_back(data.lights().shape(i), sights[i], boxes);
     }
 
     /// Throws nothing.
@@ -98,19 +87,6 @@ public:
     }
 
 private:
-    struct LightInChange {
-        LightShape shape;
-        LightSight sight;
-        std::vector<Bounds> boxes;  ///< widened by what the light sees beside a segment
-    };
-
-    static float width_of(const LightInChange& light, const Bounds& box) {
-        double width = light.sight.distance;
-        if (!light.shape.is_directional && light.sight.angle != 0.0)
-            width += light.sight.angle * farthest_between({light.shape.at, light.shape.at}, box);
-        return static_cast<float>(1.001 * width);
-    }
-
     /// Those of some lights of a tile that may look different now from somewhere in a box.
     std::uint64_t changed_lights(const MeshData& data, std::size_t t, const Bounds& from,
                                  std::uint64_t among) const {
@@ -120,18 +96,15 @@ private:
             among &= (std::uint64_t{1} << size) - 1;
         for (; among != 0; among &= among - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(among));
-            const LightInChange& light = lights_[data.lights().order().light_at(t * lights_per_tile + l)];
-            const bool is_changed =
-                light.sight.is_new || std::ranges::any_of(light.boxes, [&](const Bounds& box) {
-                    return crosses(from, light.shape, box, light.sight.end);
-                });
-            changed |= std::uint64_t{is_changed} << l;
+            const std::size_t light = data.lights().order().light_at(t * lights_per_tile + l);
+            changed |= std::uint64_t{is_new_[light] || lights_[light].concerns(from)} << l;
         }
         return changed;
     }
 
     std::span<const Bounds> boxes_;
-    std::vector<LightInChange> lights_;
+    std::vector<bool> is_new_;
+    std::vector<LightChange> lights_;
     std::vector<std::uint64_t> of_region_;  ///< of each tile the lights that count in a region
 };
 

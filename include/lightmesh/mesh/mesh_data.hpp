@@ -247,7 +247,9 @@ public:
     bool publish_copy(const Brick& brick, std::size_t t, const MeshView& from, const BrickTile& copied) {
         const SpinLock lock(const_cast<Brick&>(brick).lock);
         BrickTile& tile = find_or_make_tile(brick, t);
-        if ((tile.known | tile.sampled) != 0)
+        const ForgottenLights* const forgotten = forgotten_of(brick, t);
+        if ((tile.known | tile.sampled) != 0 ||
+            (forgotten != nullptr && (forgotten->units | forgotten->sampled) != 0))
             return false;
         or_relaxed(tile.lit, copied.lit);
         or_release(tile.uniform, copied.uniform);

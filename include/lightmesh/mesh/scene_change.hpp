@@ -16,6 +16,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <vector>
 
 /// What a box in which the scene has changed may have to do with.
 
@@ -89,5 +90,39 @@ inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& b
     }
     return first <= last + 1e-9 * std::abs(last) + 1e-12;
 }
+
+/// How long tests of a light look at the scene: what a changed box can have to do with.
+struct LightSight {
+    double angle = 0.0;     ///< how far beside a segment something counts, at distance 1 from the light
+    double distance = 0.0;  ///< the same, wherever it is; world units
+    SegmentEnd end = SegmentEnd::at_point;
+    bool fits_scene = false;  ///< all of it may change with the bounds of the scene
+};
+
+/// What changed boxes have to do with one light.
+class LightChange {
+public:
+    LightChange(const LightShape& shape, const LightSight& sight, std::span<const Bounds> boxes)
+        : shape_(shape), end_(sight.end) {
+        boxes_.reserve(boxes.size());
+        for (const Bounds& box : boxes) {
+            double width = sight.distance;
+            if (!shape.is_directional && sight.angle != 0.0)
+                width += sight.angle * farthest_between({shape.at, shape.at}, box);
+            boxes_.push_back(widened(box, static_cast<float>(1.001 * width)));
+        }
+    }
+
+    /// Whether the light may look different now from somewhere in a box.
+    bool concerns(const Bounds& from) const {
+        return std::ranges::any_of(boxes_,
+                                   [&](const Bounds& box) { return crosses(from, shape_, box, end_); });
+    }
+
+private:
+    LightShape shape_;
+    SegmentEnd end_;
+    std::vector<Bounds> boxes_;  ///< wider by what the light sees beside a segment
+};
 
 }  // namespace lightmesh::detail

@@ -92,6 +92,8 @@ public:
             lit[i] = visible(points[i]) ? 1 : 0;
     }
 
+    /// Whether how the light looks depends on where the triangles are: that of a directional light.
+    bool fits_triangles() const { return frames_.front().parallel; }
     /// Whether the light of another one looks along the same axes at the same scale: then both say the same
     /// of points that only triangles hide which both have.
     bool has_frames_of(const ShadowVolumes& other) const {
