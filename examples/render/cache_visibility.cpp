@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <type_traits>
@@ -45,10 +47,14 @@ void require_same_sizes(std::span<const std::byte> known, std::span<const lightm
                                  "; give --light-size, or -r, as it was");
 }
 
+/// Makes a cache of the scene as it is.
+template <class Cache>
+using MakeCache = std::function<Cache(const EmbreeScene& scene)>;
+
 template <class Cache>
 class CacheVisibility final : public Visibility {
 public:
-    explicit CacheVisibility(Cache cache) : cache_(std::move(cache)) {}
+    CacheVisibility(Cache cache, MakeCache<Cache> make) : cache_(std::move(cache)), make_(std::move(make)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -56,31 +62,42 @@ public:
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
+    void update(const EmbreeScene& scene, const SceneChange& change) override {
+        if (change.changes_shadows())
+            cache_ = make_(scene);
+    }
+
     std::optional<lightmesh::CacheStatistics> cache() const override { return cache_.statistics(); }
     std::vector<std::byte> snapshot() const override { return cache_.snapshot(); }
 
 private:
     Cache cache_;
+    MakeCache<Cache> make_;
 };
 
 }  // namespace
 
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
     using Cache = lightmesh::VisibilityCache<EmbreeIntersector>;
-    const std::vector<lightmesh::Light> lamps = lamps_of(scene, options);
-    Cache cache(scene.intersector(), lamps, cache_settings_of(options));
+    const auto make = [options](const EmbreeScene& now) {
+        return Cache(now.intersector(), lamps_of(now, options), cache_settings_of(options));
+    };
+    Cache cache = make(scene);
     if (!options.known.empty()) {
-        require_same_sizes(options.known, lamps);
+        require_same_sizes(options.known, lamps_of(scene, options));
         cache.merge(options.known);
     }
-    return std::make_unique<CacheVisibility<Cache>>(std::move(cache));
+    return std::make_unique<CacheVisibility<Cache>>(std::move(cache), make);
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
-    lightmesh::VisibilityCache cache{
-        lightmesh::LightMesh{scene.intersector(), shapes_of_lights(scene.scene()), options.settings},
-        cache_settings_of(options)};
-    return std::make_unique<CacheVisibility<decltype(cache)>>(std::move(cache));
+    const auto make = [options](const EmbreeScene& now) {
+        return lightmesh::VisibilityCache{
+            lightmesh::LightMesh{now.intersector(), shapes_of_lights(now.scene()), options.settings},
+            cache_settings_of(options)};
+    };
+    auto cache = make(scene);
+    return std::make_unique<CacheVisibility<decltype(cache)>>(std::move(cache), make);
 }
 
 }  // namespace demo

@@ -9,6 +9,9 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
+#include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,10 +19,14 @@ namespace demo {
 
 namespace {
 
+/// Makes a mesh of the scene as it is.
+template <class Mesh>
+using MakeMesh = std::function<Mesh(const EmbreeScene& scene)>;
+
 template <class Mesh>
 class MeshVisibility final : public Visibility {
 public:
-    explicit MeshVisibility(Mesh mesh) : mesh_(std::move(mesh)) {}
+    MeshVisibility(Mesh mesh, MakeMesh<Mesh> make) : mesh_(std::move(mesh)), make_(std::move(make)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -30,23 +37,31 @@ public:
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
+    void update(const EmbreeScene& scene, const SceneChange& change) override {
+        if (change.changes_shadows())
+            mesh_ = make_(scene);
+    }
+
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
     std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }
 
 private:
     Mesh mesh_;
+    MakeMesh<Mesh> make_;
 };
 
-template <class Mesh>
-std::unique_ptr<Visibility> visibility_of(Mesh mesh) {
-    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh));
+/// `make` makes the mesh from the scene, now and whenever that is needed again.
+template <class Make>
+std::unique_ptr<MeshVisibility<std::invoke_result_t<Make, const EmbreeScene&>>>
+visibility_by(const EmbreeScene& scene, Make make) {
+    auto mesh = make(scene);
+    return std::make_unique<MeshVisibility<decltype(mesh)>>(std::move(mesh), std::move(make));
 }
 
 }  // namespace
 
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
                                             lightmesh::LongTest long_test) {
-    const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
     lightmesh::Settings settings = options.settings;
     // The references that others are held against, as published, have no levels.
     if (settings.short_test == lightmesh::ShortTest::exact)
@@ -54,20 +69,31 @@ std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const Visi
     switch (long_test) {
     case lightmesh::LongTest::shadow_maps:
     case lightmesh::LongTest::refined_shadow_maps:
-        return with_depth_renderer(scene, options, [&](auto renderer) {
-            return visibility_of(
-                lightmesh::LightMesh{scene.intersector(), std::move(renderer), lights, settings});
+        return with_depth_renderer(scene, options, [&](auto first) -> std::unique_ptr<Visibility> {
+            using Renderer = decltype(first);
+            const auto make = [options, settings](const EmbreeScene& now) {
+                return lightmesh::LightMesh{now.intersector(), make_depth_renderer<Renderer>(now, options),
+                                            shapes_of_lights(now.scene()), settings};
+            };
+            using Mesh = decltype(make(scene));
+            return std::make_unique<MeshVisibility<Mesh>>(
+                Mesh{scene.intersector(), std::move(first), shapes_of_lights(scene.scene()), settings}, make);
         });
     case lightmesh::LongTest::shadow_volumes:
-        return visibility_of(
-            lightmesh::LightMesh{scene.intersector(), SceneOccluders(scene.scene()), lights, settings});
+        return visibility_by(scene, [settings](const EmbreeScene& now) {
+            return lightmesh::LightMesh{now.intersector(), SceneOccluders(now.scene()),
+                                        shapes_of_lights(now.scene()), settings};
+        });
     case lightmesh::LongTest::rays:
         break;
     }
-    lightmesh::LightMesh mesh{scene.intersector(), lights, settings};
+    const auto make = [settings](const EmbreeScene& now) {
+        return lightmesh::LightMesh{now.intersector(), shapes_of_lights(now.scene()), settings};
+    };
+    auto mesh = make(scene);
     if (!options.known.empty())
         mesh.merge(options.known);
-    return visibility_of(std::move(mesh));
+    return std::make_unique<MeshVisibility<decltype(mesh)>>(std::move(mesh), make);
 }
 
 }  // namespace demo
