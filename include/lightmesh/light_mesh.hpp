@@ -7,8 +7,10 @@
 #include <lightmesh/fill/mesh_levels.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/free_slots.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/merge.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/mesh/snapshot_reader.hpp>
 #include <lightmesh/mesh/snapshot_writer.hpp>
 #include <lightmesh/query/level_query.hpp>
@@ -39,8 +41,12 @@ namespace lightmesh {
 /// A mesh starts empty and fills itself as it is queried. All queries are const and may be called from any
 /// number of threads at once; their results do not depend on the number of threads or on the order of
 /// queries. A query on a filled mesh allocates nothing; one that is the first to touch some part of space may
-/// add memory to the mesh (and throw std::bad_alloc). Lights, settings and the scene behind the adapters are
-/// fixed for the life of a mesh.
+/// add memory to the mesh (and throw std::bad_alloc).
+///
+/// Lights and the scene behind the adapters may change between queries, if the mesh is told: `set_light`,
+/// `add_light`, `remove_light`, `scene_changed`. These are exclusive calls: nothing else may use the mesh
+/// meanwhile. They trace nothing; afterwards queries give what a new mesh would, and trace again only what
+/// they touch of what was forgotten.
 ///
 /// In a query, `point` is a surface point P in world units, and `normal` the geometric normal there, on the
 /// side that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero
@@ -65,7 +71,7 @@ public:
     /// the value for settings out of range and lights that are not finite.
     LightMesh(Tracer tracer, std::span<const Light> lights,
               const Settings& settings) requires std::same_as<Source, Rays>
-        : levels_(std::make_unique<const Levels>(std::move(tracer), lights, settings)) {}
+        : levels_(std::make_unique<Levels>(std::move(tracer), lights, settings)) {}
 
     /// The same with long tests by something else than rays. `source` is either a `DepthRenderer`, for shadow
     /// maps (LMM+ATK): nothing is rendered before a query needs it. Throws std::invalid_argument also for a
@@ -75,12 +81,12 @@ public:
     /// triangle that is not finite.
     LightMesh(Tracer tracer, Source source, std::span<const Light> lights,
               const Settings& settings) requires(!std::same_as<Source, Rays>)
-        : levels_(std::make_unique<const Levels>(std::move(tracer), lights, settings, std::move(source),
-                                                 lights, settings)) {}
+        : levels_(std::make_unique<Levels>(std::move(tracer), lights, settings, std::move(source), lights,
+                                           settings)) {}
 
     /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return data().lights().size(); }
-    /// As they were passed in.
+    /// As they were passed in; one that was removed is a `PointLight` of range 0.
     std::span<const Light> lights() const { return data().user_lights(); }
     /// The mesh's copy of the adapter.
     const Tracer& tracer() const { return levels_->tracer(); }
@@ -184,6 +190,54 @@ public:
         detail::Merge(*levels_, from, long_test(), changed).run();
     }
 
+    /// Puts another light in the place of light i: what was found of that is forgotten, and nothing else. One
+    /// that differs in size only costs nothing. An exclusive call. Throws std::out_of_range for a light that
+    /// is not there, and what the constructor throws for one that is not right; nothing has changed then.
+    void set_light(std::size_t i, const Light& light) {
+        check_light_exists(i);
+        levels_->set_light(i, light);
+        free_.take(i);
+    }
+    /// Adds a light and returns its number: the lowest that a removed light has left, else one more than the
+    /// last, for which all that is known is copied. An exclusive call. Throws as above.
+    std::size_t add_light(const Light& light) {
+        if (!free_.is_empty()) {
+            const std::size_t i = free_.lowest();
+            set_light(i, light);
+            return i;
+        }
+        levels_ = levels_->with_light(light);
+        return light_count() - 1;
+    }
+    /// Light i is out: S = 0 from now on. The other lights keep their numbers. An exclusive call. Throws
+    /// std::out_of_range for a light that is not there, or was removed before.
+    void remove_light(std::size_t i) {
+        check_light_exists(i);
+        free_.add(i);
+        try {
+            levels_->set_light(i, detail::no_light());
+        } catch (...) {
+            free_.take(i);
+            throw;
+        }
+    }
+
+    /// Says that the scene behind the adapters has changed, but nowhere outside of these boxes: where
+    /// surfaces were and where they are now. All that may have to do with them is forgotten: visibilities of
+    /// lights behind them, links, floods, pictures that show them. `Occluders` are read anew, and a depth
+    /// renderer's bounds. An exclusive call. Throws std::invalid_argument that names a box whose corners are
+    /// not finite or in the wrong order, and what reading `Occluders` throws; nothing has changed then.
+    void scene_changed(std::span<const Bounds> boxes) {
+        detail::check_changed(boxes);
+        levels_->forget(boxes);
+    }
+    /// As above.
+    void scene_changed(const Bounds& box) { scene_changed({&box, 1}); }
+
+    /// Copies all that the mesh knows to memory without gaps, and gives back what updates have left behind:
+    /// both are there for a moment. An exclusive call. Throws std::bad_alloc; nothing has changed then.
+    void compact() { levels_ = std::make_unique<Levels>(*levels_, lights()); }
+
     /// What the mesh holds by now. Walks over all of it.
     MeshStatistics statistics() const { return levels_->statistics(); }
 
@@ -208,7 +262,8 @@ private:
                                     "; the mesh has " + std::to_string(light_count()));
     }
 
-    std::unique_ptr<const Levels> levels_;
+    std::unique_ptr<Levels> levels_;
+    detail::FreeSlots free_;
 };
 
 /// Which kernels queries use on this processor, chosen when the first query runs: "AVX-512", "AVX2" or

@@ -16,7 +16,8 @@ namespace lightmesh {
 /// Shines from one point, or from a sphere around it, in all directions. World units.
 struct PointLight {
     glm::vec3 position{0.0f};  ///< finite
-    /// Points farther away than this get S = 0 and cost no ray. In (0, 1e18], or infinity: no limit.
+    /// Points farther away than this get S = 0 and cost no ray. In [0, 1e18], or infinity: no limit. With 0
+    /// the light reaches nothing, not even its own place: it is switched off.
     float range = std::numeric_limits<float>::infinity();
     /// Of the lamp: finite, not negative; 0: a point.
     float radius = 0.0f;

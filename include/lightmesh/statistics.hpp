@@ -12,12 +12,14 @@ inline constexpr std::size_t most_mesh_levels = 25;
 
 /// What a light mesh holds and what it took to fill it, all levels together: `LightMesh::statistics()`.
 struct MeshStatistics {
-    std::size_t light_points = 0;  ///< those whose visibility of at least one light is stored
-    std::size_t bricks = 0;        ///< blocks of 4x4x4 light points
-    std::uint64_t long_tests = 0;  ///< V(L, x) computed: by rays, or looked up
-    std::uint64_t long_rays = 0;   ///< rays of the Intersector spent on them
-    std::uint64_t link_rays = 0;   ///< rays of the Intersector between neighbouring light points
-    std::size_t bytes = 0;         ///< all memory of the mesh but its adapters
+    std::size_t light_points = 0;              ///< those whose visibility of at least one light is stored
+    std::size_t bricks = 0;                    ///< blocks of 4x4x4 light points
+    std::uint64_t long_tests = 0;              ///< V(L, x) computed: by rays, or looked up
+    std::uint64_t long_rays = 0;               ///< rays of the Intersector spent on them
+    std::uint64_t link_rays = 0;               ///< rays of the Intersector between neighbouring light points
+    std::uint64_t forgotten_visibilities = 0;  ///< V(L, x) that updates have forgotten
+    std::uint64_t forgotten_links = 0;         ///< between neighbouring light points, the same
+    std::size_t bytes = 0;                     ///< all memory of the mesh but its adapters
     /// The same for each level: the one of radius 2^k r at [k]; 0 where there is none.
     std::array<std::size_t, most_mesh_levels> light_points_of_level{};
     std::array<std::size_t, most_mesh_levels> bytes_of_level{};  ///< without what levels share
@@ -47,10 +49,12 @@ struct CacheStatistics {
     std::size_t records = 0;                         ///< places on surfaces and in the air
     std::size_t rows = 0;                            ///< blocks of visibilities of 8 lights, over all records
     std::array<std::size_t, 16> records_of_level{};  ///< [9] has step g; each has half the step of the last
-    std::uint64_t lamp_rays = 0;   ///< rays of the Intersector from records, or from points, to lamps
-    std::uint64_t place_rays = 0;  ///< rays that found the records' places
-    std::uint64_t link_rays = 0;   ///< rays between neighbouring lattice points
-    std::size_t bytes = 0;         ///< all memory of the cache but its adapters
+    std::uint64_t lamp_rays = 0;          ///< rays of the Intersector from records, or from points, to lamps
+    std::uint64_t place_rays = 0;         ///< rays that found the records' places
+    std::uint64_t link_rays = 0;          ///< rays between neighbouring lattice points
+    std::uint64_t forgotten_records = 0;  ///< that had to do with changes of the scene, over all updates
+    std::uint64_t forgotten_values = 0;   ///< shares of lamps that updates have forgotten
+    std::size_t bytes = 0;                ///< all memory of the cache but its adapters
 };
 
 }  // namespace lightmesh

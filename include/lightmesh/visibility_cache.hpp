@@ -4,6 +4,7 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/cache/cache_change.hpp>
 #include <lightmesh/cache/merge.hpp>
 #include <lightmesh/cache/query.hpp>
 #include <lightmesh/cache/snapshot_format.hpp>
@@ -13,6 +14,7 @@
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/surface_point.hpp>
@@ -51,8 +53,12 @@ class LightMesh;
 /// called from any number of threads at once; their results depend neither on the number of threads, nor on
 /// the order of queries, nor on other lights. A query for what is known allocates nothing; one that is the
 /// first to touch some part of a surface may add memory (and throw std::bad_alloc). An exception of the
-/// adapter leaves through the query, and nothing of the interrupted work is kept. Lights, settings and the
-/// scene behind the adapter are fixed for the life of a cache.
+/// adapter leaves through the query, and nothing of the interrupted work is kept.
+///
+/// Lights and the scene behind the adapter may change between queries, if the cache is told: `set_light`,
+/// `add_light`, `remove_light`, `scene_changed`. These are exclusive calls: nothing else may use the cache
+/// meanwhile. They trace nothing; afterwards queries give what a new cache would, and trace again only what
+/// they touch of what was forgotten.
 ///
 /// In a query, a point is a surface point in world units, a normal the geometric normal there on the side
 /// that is shaded; its length does not matter. A point or normal that is not finite gives NaN. A zero normal
@@ -69,7 +75,7 @@ public:
     /// that names the value for settings out of range and lights that are not finite.
     VisibilityCache(Tracer tracer, std::span<const Light> lights,
                     const CacheSettings& settings) requires std::same_as<Rows, LampRows>
-        : store_(std::make_unique<const Store>(std::move(tracer), LampRows{}, lights, settings)) {}
+        : store_(std::make_unique<Store>(std::move(tracer), LampRows{}, lights, settings)) {}
 
     /// S of equation (3) at records on surfaces, from a light mesh, which the cache owns: the published blur
     /// without steps. `Mesh` is a `LightMesh`.
@@ -79,21 +85,21 @@ public:
 
     /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return store_->lamps().size(); }
-    /// As they were passed in.
+    /// As they were passed in; one that was removed is a `PointLight` of range 0.
     std::span<const Light> lights() const { return store_->user_lights(); }
     /// The cache's copy of the adapter.
     const Tracer& tracer() const { return store_->tracer(); }
     /// As they were passed in.
     const CacheSettings& settings() const { return store_->settings(); }
     /// The light mesh of blur rows.
-    const auto& mesh() const requires(!std::same_as<Rows, LampRows>) { return store_->rows().mesh; }
+    const auto& mesh() const requires(!std::same_as<Rows, LampRows>) {
+        return std::as_const(*store_).rows().mesh;
+    }
 
     /// S_i(P) for one light: the share of it that is visible, 0 to 1. Throws std::out_of_range for a light
     /// that is not there.
     float visibility(const SurfacePoint& point, std::size_t light) const {
-        if (light >= light_count())
-            throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) +
-                                    "; the cache has " + std::to_string(light_count()));
+        check_light_exists(light);
         return Query(*store_).one(point, light);
     }
     /// The same for a point of which no more is known.
@@ -176,6 +182,38 @@ public:
         detail::CacheMerge(*store_, from, detail::place_kind<Tracer>(), row_source(), changed).run();
     }
 
+    /// Puts another light in the place of light i: what was found of that is forgotten, and nothing else. One
+    /// that is the same costs nothing. An exclusive call. Throws std::out_of_range for a light that is not
+    /// there, and std::invalid_argument that names the value for one that is not finite; nothing has changed
+    /// then.
+    void set_light(std::size_t i, const Light& light) {
+        check_light_exists(i);
+        store_->set_light(i, light);
+    }
+    /// Adds a light and returns its number: the lowest that a removed light has left, else one more than the
+    /// last. An exclusive call. Throws as above.
+    std::size_t add_light(const Light& light) { return store_->add_light(light); }
+    /// Light i is out: S = 0 from now on. The other lights keep their numbers. An exclusive call. Throws
+    /// std::out_of_range for a light that is not there, or was removed before.
+    void remove_light(std::size_t i) {
+        check_light_exists(i);
+        store_->remove_light(i);
+    }
+
+    /// Says that the scene behind the adapter has changed, but nowhere outside of these boxes: where surfaces
+    /// were and where they are now. All that may have to do with them is forgotten: records that lie there,
+    /// or fell through; what others see of lamps behind them; links. An exclusive call. Throws
+    /// std::invalid_argument that names a box whose corners are not finite or in the wrong order; nothing has
+    /// changed then.
+    void scene_changed(std::span<const Bounds> boxes) {
+        detail::check_changed(boxes);
+        if constexpr (!std::same_as<Rows, LampRows>)
+            store_->rows().mesh.scene_changed(boxes);
+        store_->forget(detail::CacheChange(store_->lattice(), store_->lamps(), row_source(), boxes));
+    }
+    /// As above.
+    void scene_changed(const Bounds& box) { scene_changed({&box, 1}); }
+
     /// What the cache holds by now, without its mesh.
     CacheStatistics statistics() const { return store_->statistics(); }
 
@@ -190,14 +228,20 @@ private:
             return {mesh().settings(), mesh().long_test()};
     }
 
-    template <class Mesh>
-    static std::unique_ptr<const Store> make_store(Mesh mesh, const CacheSettings& settings) {
-        Tracer tracer = mesh.tracer();
-        const std::vector<Light> lights(mesh.lights().begin(), mesh.lights().end());
-        return std::make_unique<const Store>(std::move(tracer), Rows{std::move(mesh)}, lights, settings);
+    void check_light_exists(std::size_t light) const {
+        if (light >= light_count())
+            throw std::out_of_range("lightmesh: there is no light " + std::to_string(light) +
+                                    "; the cache has " + std::to_string(light_count()));
     }
 
-    std::unique_ptr<const Store> store_;
+    template <class Mesh>
+    static std::unique_ptr<Store> make_store(Mesh mesh, const CacheSettings& settings) {
+        Tracer tracer = mesh.tracer();
+        const std::vector<Light> lights(mesh.lights().begin(), mesh.lights().end());
+        return std::make_unique<Store>(std::move(tracer), Rows{std::move(mesh)}, lights, settings);
+    }
+
+    std::unique_ptr<Store> store_;
 };
 
 /// Lamps, from any contiguous range.

@@ -25,7 +25,7 @@ struct LampColumns {
         at_z[l] = static_cast<double>(shape.at.z);
         nearness[l] = shape.is_directional ? 0.0 : 1.0;
         const auto range = static_cast<double>(shape.range);
-        range_squared[l] = range * range;
+        range_squared[l] = shape.reaches_nothing() ? -1.0 : range * range;
         has_ranges |= shape.range < std::numeric_limits<float>::infinity();
     }
 };

@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -28,13 +29,44 @@ public:
 
     /// Throws std::invalid_argument if there are more than `most_lights`, and what `check_light` throws.
     explicit LampTable(std::span<const Light> lights) {
-        require(lights.size() <= most_lights, "the number of lights", lights.size(), "at most 4,194,304");
-        tiles_.resize((lights.size() + lamps_per_tile - 1) / lamps_per_tile);
+        check_count(lights.size());
         lamps_.reserve(lights.size());
-        for (std::size_t i = 0; i < lights.size(); ++i) {
-            check_light(lights[i], "light " + to_text(i));
-            lamps_.emplace_back(lights[i]);
-            tiles_[i / lamps_per_tile].set(i % lamps_per_tile, lamps_.back());
+        for (const Light& light : lights) {
+            check_light(light, "light " + to_text(lamps_.size()));
+            lamps_.emplace_back(light);
+        }
+        tiles_.reserve((lights.size() + lamps_per_tile - 1) / lamps_per_tile);
+        while (tiles_.size() * lamps_per_tile < lamps_.size())
+            tiles_.push_back(tile_of(tiles_.size()));
+    }
+
+    /// Throws as above, and std::bad_alloc; nothing has changed then. Nobody may use the table meanwhile.
+    void set(std::size_t i, const Light& light) {
+        check_light(light, "light " + to_text(i));
+        const Lamp before = std::exchange(lamps_[i], Lamp(light));
+        try {
+            tiles_[i / lamps_per_tile] = tile_of(i / lamps_per_tile);
+        } catch (...) {
+            lamps_[i] = before;
+            throw;
+        }
+    }
+    /// The same for a light behind all others.
+    void add(const Light& light) {
+        check_count(size() + 1);
+        check_light(light, "light " + to_text(size()));
+        if (size() % lamps_per_tile == 0)
+            tiles_.reserve(tile_count() + 1);
+        lamps_.emplace_back(light);
+        try {
+            Tile last = tile_of((size() - 1) / lamps_per_tile);
+            if ((size() - 1) % lamps_per_tile == 0)
+                tiles_.push_back(std::move(last));
+            else
+                tiles_.back() = std::move(last);
+        } catch (...) {
+            lamps_.pop_back();
+            throw;
         }
     }
 
@@ -109,6 +141,17 @@ private:
             return mask;
         }
     };
+
+    static void check_count(std::size_t count) {
+        require(count <= most_lights, "the number of lights", count, "at most 4,194,304");
+    }
+
+    Tile tile_of(std::size_t t) const {
+        Tile tile;
+        for (std::size_t i = t * lamps_per_tile; i < (std::min)(size(), (t + 1) * lamps_per_tile); ++i)
+            tile.set(i % lamps_per_tile, lamps_[i]);
+        return tile;
+    }
 
     const CacheKernels* kernels_ = &cache_kernels();
     std::vector<Lamp> lamps_;

@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <utility>
 #include <vector>
 
 namespace lightmesh::detail {
@@ -79,12 +80,40 @@ public:
         });
     }
 
+    /// Forgets the aliases for which alias_goes(key, record) holds, then the records for which
+    /// record_goes(record) does: that may do away with what they hold. No alias of such a record may stay.
+    /// Nobody else may use the table meanwhile. Returns the number of records.
+    template <class AliasGoes, class RecordGoes>
+    std::size_t forget(AliasGoes&& alias_goes, RecordGoes&& record_goes) {
+        std::size_t forgotten = 0;
+        for (Part& part : parts_)
+            forget_in(part, [&](std::uint32_t slot) {
+                const bool goes =
+                    (slot & alias_bit) != 0 && alias_goes(key_of(pool_, slot), std::as_const(*resolve(slot)));
+                if (goes)
+                    pool_.give_back(slot & ~alias_bit, sizeof(Alias) / 8);
+                return goes;
+            });
+        for (Part& part : parts_)
+            forget_in(part, [&](std::uint32_t slot) {
+                if ((slot & alias_bit) != 0 || !record_goes(*resolve(slot)))
+                    return false;
+                --counts_[static_cast<std::size_t>(key_of(pool_, slot).level())];
+                pool_.give_back(slot, sizeof(Record) / 8);
+                ++forgotten;
+                return true;
+            });
+        return forgotten;
+    }
+
     std::size_t bytes() const {
         std::size_t sum = pool_.bytes();
         for (const Part& part : parts_)
             sum += part.bytes.load(std::memory_order_relaxed);
         return sum;
     }
+    /// Of these what waits for its next use.
+    std::size_t free_bytes() const { return pool_.free_bytes(); }
     std::size_t records_of_level(std::size_t level) const {
         return counts_[level].load(std::memory_order_relaxed);
     }
@@ -112,6 +141,24 @@ private:
             slots[i & mask].store(value, std::memory_order_release);
         }
 
+        /// Empties a slot and closes the gap: what follows moves up, as far as it may. Nobody else may use
+        /// the table meanwhile.
+        void take_out(const UnitPool& pool, std::uint32_t gap) {
+            for (std::uint32_t i = gap;;) {
+                i = (i + 1) & mask;
+                const std::uint32_t slot = slots[i].load(std::memory_order_relaxed);
+                if (slot == 0)
+                    break;
+                const auto home = static_cast<std::uint32_t>(hash_of(key_of(pool, slot))) & mask;
+                // It may stand in the gap, if that is not before its home.
+                if (((i - home) & mask) >= ((i - gap) & mask)) {
+                    slots[gap].store(slot, std::memory_order_relaxed);
+                    gap = i;
+                }
+            }
+            slots[gap].store(0, std::memory_order_relaxed);
+        }
+
         std::uint32_t mask;
         std::unique_ptr<std::atomic<std::uint32_t>[]> slots;
     };
@@ -129,6 +176,13 @@ private:
             bytes.fetch_add(size * sizeof(std::uint32_t), std::memory_order_relaxed);
             return *tables.back();
         }
+        /// Nobody is in the others any more.
+        void keep_last() {
+            for (std::size_t i = 0; i + 1 < tables.size(); ++i)
+                bytes.fetch_sub((tables[i]->mask + std::size_t{1}) * sizeof(std::uint32_t),
+                                std::memory_order_relaxed);
+            tables.erase(tables.begin(), tables.end() - 1);
+        }
     };
 
     template <class Visitor>
@@ -138,6 +192,25 @@ private:
             for (std::uint32_t i = 0; i <= table.mask; ++i)
                 if (const std::uint32_t slot = table.slots[i].load(std::memory_order_acquire); slot != 0)
                     visit(slot);
+        }
+    }
+
+    template <class Goes>
+    void forget_in(Part& part, Goes&& goes) {
+        part.keep_last();
+        Table& table = *part.tables.back();
+        for (std::uint32_t i = 0; i <= table.mask;) {
+            const std::uint32_t slot = table.slots[i].load(std::memory_order_relaxed);
+            if (slot == 0) {
+                ++i;
+                continue;
+            }
+            if (!goes(slot)) {
+                ++i;
+                continue;
+            }
+            table.take_out(pool_, i);
+            --part.count;
         }
     }
 

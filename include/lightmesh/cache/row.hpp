@@ -131,6 +131,41 @@ public:
         }
     }
 
+    /// Makes lights of a tile unknown again; their room stays. Returns how many were known. Nobody may use
+    /// the record meanwhile.
+    std::size_t forget(std::size_t tile, std::uint64_t lights) {
+        std::size_t forgotten = 0;
+        for (std::uint32_t at = head_.load(std::memory_order_relaxed); at != 0;) {
+            std::atomic<std::uint64_t>* block = pool_.at(at);
+            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
+            const std::uint64_t known = block[1].load(std::memory_order_relaxed);
+            if (const std::uint64_t gone = known & lights; gone != 0 && tile_of(header) == tile) {
+                forgotten += static_cast<std::size_t>(std::popcount(gone));
+                block[1].store(known & ~gone, std::memory_order_relaxed);
+                for (std::uint64_t rest = gone; rest != 0; rest &= rest - 1) {
+                    const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+                    block[2 + l / 8 - first_of(header)].fetch_and(~(std::uint64_t{255} << l % 8 * 8),
+                                                                  std::memory_order_relaxed);
+                }
+            }
+            at = next_of(header);
+        }
+        return forgotten;
+    }
+
+    /// Gives all blocks back to the pool. Nobody may use the record meanwhile. Returns how many octets they
+    /// had.
+    std::size_t give_back() {
+        std::size_t octets = 0;
+        for (std::uint32_t at = head_.exchange(0, std::memory_order_relaxed); at != 0;) {
+            const std::uint64_t header = pool_.at(at)[0].load(std::memory_order_relaxed);
+            octets += count_of(header);
+            pool_.give_back(at, static_cast<std::uint32_t>(2 + count_of(header)));
+            at = next_of(header);
+        }
+        return octets;
+    }
+
 private:
     static std::uint32_t next_of(std::uint64_t header) { return static_cast<std::uint32_t>(header); }
     static std::size_t tile_of(std::uint64_t header) { return header >> 32 & 0xffffu; }

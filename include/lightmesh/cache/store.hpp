@@ -3,6 +3,7 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/cache/blend.hpp>
+#include <lightmesh/cache/cache_change.hpp>
 #include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/fall.hpp>
 #include <lightmesh/cache/lamp_rows.hpp>
@@ -14,6 +15,8 @@
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/free_slots.hpp>
+#include <lightmesh/mesh/snapshot_format.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/vectors.hpp>
 
@@ -53,6 +56,8 @@ namespace lightmesh::detail {
 ///
 /// A record is made complete before it can be found, and a row's bytes before they are known: an exception of
 /// the adapter or of an allocation leaves nothing half-made.
+///
+/// What changes lights or forgets records is for one thread, while nobody else uses the store.
 template <Intersector Tracer, class Rows>
 class CacheStore {
 public:
@@ -72,7 +77,7 @@ public:
     /// Whether nothing more is to be kept.
     bool is_full() const {
         return settings_.memory_budget != (std::numeric_limits<std::size_t>::max)() &&
-               table_.bytes() >= settings_.memory_budget;
+               table_.bytes() - table_.free_bytes() >= settings_.memory_budget;
     }
     /// Keeps the values of some lights of a tile for a record of this cache.
     void keep_row(Record& record, std::size_t tile, std::uint64_t lights, const TileValues& values) const {
@@ -120,7 +125,7 @@ public:
         if (const Record* known = table_.find(key))
             return stand(*known, way, true);
         reset(spare, key);
-        if constexpr (!std::is_same_v<Rows, LampRows>) {
+        if constexpr (has_mesh) {
             if (const auto landing = land(probe_start(lattice_, index, way, level), way, level, 4.0f)) {
                 spare.fall = landing->fall;
                 spare.set_normal(landing->normal);
@@ -191,6 +196,83 @@ public:
         place_rays_.fetch_add(rays.place_rays(), std::memory_order_relaxed);
     }
 
+    /// The mesh of blur rows.
+    Rows& rows() { return rows_; }
+
+    /// Puts a light in the place of another, whose values are forgotten. Throws what `LampTable` throws, and
+    /// what the mesh of blur rows does; nothing has changed then.
+    void set_light(std::size_t i, const Light& light) {
+        replace(i, light, [&] {
+            if constexpr (has_mesh)
+                rows_.mesh.set_light(i, light);
+            else
+                free_.take(i);
+        });
+    }
+
+    /// Adds a light, and returns its number. Throws as above.
+    std::size_t add_light(const Light& light) {
+        if constexpr (has_mesh) {
+            LampTable more = lamps_;
+            more.add(light);
+            user_lights_.reserve(user_lights_.size() + 1);
+            const std::size_t i = rows_.mesh.add_light(light);
+            if (i < lamps_.size()) {
+                try {
+                    replace(i, light, [] {});
+                } catch (...) {
+                    rows_.mesh.remove_light(i);
+                    throw;
+                }
+                return i;
+            }
+            lamps_ = std::move(more);
+        } else {
+            if (!free_.is_empty()) {
+                const std::size_t i = free_.lowest();
+                set_light(i, light);
+                return i;
+            }
+            user_lights_.reserve(user_lights_.size() + 1);
+            lamps_.add(light);
+        }
+        user_lights_.push_back(light);
+        return user_lights_.size() - 1;
+    }
+
+    /// Takes a light out. Throws std::out_of_range for one that was taken out before.
+    void remove_light(std::size_t i) {
+        replace(i, no_light(), [&] {
+            if constexpr (has_mesh)
+                rows_.mesh.remove_light(i);
+            else
+                free_.add(i);
+        });
+    }
+
+    /// Forgets all that may have to do with a change of the scene.
+    void forget(const CacheChange& change) {
+        forgotten_records_ += table_.forget(
+            [&](const RecordKey& key, const Record& record) { return change.moves(key, record); },
+            [&](Record& record) {
+                RowList rows(table_.pool(), record.rows);
+                if (change.moves(record)) {
+                    rows.for_each([&](std::size_t, std::uint64_t known) {
+                        forgotten_values_ += static_cast<std::uint64_t>(std::popcount(known));
+                    });
+                    octets_.fetch_sub(rows.give_back(), std::memory_order_relaxed);
+                    return true;
+                }
+                if (change.relinks(record))
+                    record.links.store(0, std::memory_order_relaxed);
+                rows.for_each([&](std::size_t tile, std::uint64_t known) {
+                    if (const std::uint64_t gone = known & ~change.unchanged(record, tile, known); gone != 0)
+                        forgotten_values_ += rows.forget(tile, gone);
+                });
+                return false;
+            });
+    }
+
     CacheStatistics statistics() const {
         CacheStatistics sum;
         for (std::size_t level = 0; level < sum.records_of_level.size(); ++level) {
@@ -201,11 +283,36 @@ public:
         sum.lamp_rays = lamp_rays_.load(std::memory_order_relaxed);
         sum.place_rays = place_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
+        sum.forgotten_records = forgotten_records_;
+        sum.forgotten_values = forgotten_values_;
         sum.bytes = table_.bytes() + lamps_.bytes() + user_lights_.capacity() * sizeof(Light) + sizeof *this;
         return sum;
     }
 
 private:
+    static constexpr bool has_mesh = !std::is_same_v<Rows, LampRows>;
+
+    /// Puts a light in the place of another and calls commit(), which may throw: then nothing has changed.
+    template <class Commit>
+    void replace(std::size_t i, const Light& light, Commit&& commit) {
+        const Light before = user_lights_[i];
+        lamps_.set(i, light);
+        try {
+            commit();
+        } catch (...) {
+            lamps_.set(i, before);
+            throw;
+        }
+        user_lights_[i] = light;
+        if (record_of(light) == record_of(before))
+            return;
+        const std::size_t tile = i / lamps_per_tile;
+        table_.for_each_record([&](const Record& record) {
+            forgotten_values_ += RowList(table_.pool(), const_cast<Record&>(record).rows)
+                                     .forget(tile, std::uint64_t{1} << i % lamps_per_tile);
+        });
+    }
+
     static void reset(Record& record, const RecordKey& key) {
         record.key = key;
         record.fall = -1.0f;
@@ -252,7 +359,7 @@ private:
         // The same for all heights of a column: those on one surface give the same values.
         RecordKey seed = key;
         seed.words[key.way().axis] &= ~((1u << 27) - 1u);
-        if constexpr (!std::is_same_v<Rows, LampRows>) {
+        if constexpr (has_mesh) {
             // The air above a surface looks to the side that the surface is seen from.
             const glm::vec3 normal = column.record->is_on_surface() ? column.normal : key.way().up();
             std::vector<float> all(lamps_.size());
@@ -316,12 +423,15 @@ private:
     CacheSettings settings_;
     Lattice lattice_;
     std::vector<Light> user_lights_;
+    FreeSlots free_;  ///< of blur rows the mesh's own count
     LampTable lamps_;
     mutable RecordTable table_;
     mutable std::atomic<std::uint64_t> lamp_rays_{0};
     mutable std::atomic<std::uint64_t> place_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};
     mutable std::atomic<std::size_t> octets_{0};
+    std::uint64_t forgotten_records_ = 0;
+    std::uint64_t forgotten_values_ = 0;
 };
 
 }  // namespace lightmesh::detail

@@ -97,7 +97,9 @@ private:
     struct BrickInWork {
         const MissingUnits* missing;
         UniformLights samples;
-        std::uint32_t fresh;  ///< groups whose samples are new
+        std::uint32_t fresh;          ///< groups whose samples are new
+        ForgottenLights forgotten;    ///< what is known beside `missing`
+        std::uint64_t newly_sampled;  ///< lights of `fresh`, but those whose samples are known still
         BrickWords lit;
         std::array<glm::vec3, 64> positions;
     };
@@ -126,40 +128,38 @@ private:
         brick.missing = &missing;
         brick.samples = {};
         brick.fresh = 0;
+        brick.newly_sampled = 0;
+        brick.forgotten = data_.find_forgotten(*missing.brick, missing.tile);
         brick.lit.fill(0);
         const glm::ivec3 coord = missing.brick->position();
         for (int bit = 0; bit < 64; ++bit)
             brick.positions[static_cast<std::size_t>(bit)] = data_.grid().position(grid_pos_of(coord, bit));
         if (!data_.is_adaptive())
             return;
+        // Samples that are known still count as those of groups that were sampled.
+        std::uint64_t still_sampled = 0;
         if (const BrickTile* tile = data_.view().find_tile(*missing.brick, missing.tile)) {
             brick.samples.sampled = load_acquire(tile->sampled);
-            brick.samples.uniform = load_relaxed(tile->uniform) & lights_of_groups(brick.samples.sampled);
+            still_sampled = lights_of_groups(brick.forgotten.sampled) & ~brick.forgotten.lights;
+            brick.samples.uniform =
+                load_relaxed(tile->uniform) & (lights_of_groups(brick.samples.sampled) | still_sampled);
             brick.samples.lit = load_relaxed(tile->lit) & brick.samples.uniform;
         }
         brick.fresh = groups_with_units(missing.units) & ~brick.samples.sampled;
-    }
-
-    /// One bit for each group of which a unit is set.
-    static std::uint32_t groups_with_units(std::uint64_t units) {
-        units |= units >> 32;
-        units |= units >> 16;
-        units |= units >> 8;
-        return static_cast<std::uint32_t>(units & 0xff);
+        brick.newly_sampled = lights_of_groups(brick.fresh) & ~still_sampled;
     }
 
     /// Samples of groups that have none; places without a light are dark.
     void sample() {
         for (std::size_t l = 0; l < lights_per_tile; ++l) {
             const bool is_there = (lights_there_ >> l & 1) != 0;
-            const std::size_t group = l / lights_per_group;
             test(l, [&](const BrickInWork& brick) {
-                return is_there && (brick.fresh >> group & 1) != 0 && in_range(brick, l) != 0
+                return is_there && (brick.newly_sampled >> l & 1) != 0 && in_range(brick, l) != 0
                            ? brick_samples
                            : std::uint64_t{0};
             });
             for (BrickInWork& brick : bricks()) {
-                if ((brick.fresh >> group & 1) == 0)
+                if ((brick.newly_sampled >> l & 1) == 0)
                     continue;
                 if (brick.lit[l] == 0 || brick.lit[l] == brick_samples)
                     brick.samples.uniform |= std::uint64_t{1} << l;
@@ -179,8 +179,9 @@ private:
             test(l, [&](const BrickInWork& brick) {
                 if ((brick.samples.uniform >> l & 1) != 0)
                     return std::uint64_t{0};
-                const std::uint64_t cells = brick.missing->units >> group & every_byte;
-                const std::uint64_t sampled = (brick.fresh >> group & 1) != 0 ? brick_samples : 0;
+                const std::uint64_t cells =
+                    brick.missing->units >> group & every_byte & ~brick.forgotten.cells_with(l);
+                const std::uint64_t sampled = (brick.newly_sampled >> l & 1) != 0 ? brick_samples : 0;
                 return cells * 0xff & in_range(brick, l) & ~sampled;
             });
         }

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <lightmesh/adapters/depth_renderer.hpp>
+#include <lightmesh/bounds.hpp>
 #include <lightmesh/fill/long_test.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/mesh_change.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadows/shadow_map.hpp>
 #include <lightmesh/support/check.hpp>
@@ -30,16 +33,11 @@ public:
     static constexpr LongTest kind = LongTest::shadow_maps;
 
     MapLongTests(Renderer renderer, std::span<const Light> lights, const Settings& settings)
-        : refine_(settings.refine_shadow_maps) {
-        const auto shared = std::make_shared<SharedDepthRenderer<Renderer>>(std::move(renderer));
-        ShadowMapSettings map{.resolution = settings.shadow_map_size, .scene_bounds = settings.scene_bounds};
-        const auto step = static_cast<float>(Grid(settings).step());
+        : renderer_(std::make_shared<SharedDepthRenderer<Renderer>>(std::move(renderer))),
+          settings_(settings), step_(static_cast<float>(Grid(settings).step())) {
         maps_.reserve(lights.size());
-        for (std::size_t i = 0; i < lights.size(); ++i) {
-            map.z_near = light_clearance(lights[i], step);
-            maps_.push_back(
-                std::make_unique<const ShadowMap<Renderer>>(shared, lights[i], map, "light " + to_text(i)));
-        }
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            maps_.push_back(map_of(i, lights[i]));
     }
 
     /// As `RayLongTests`.
@@ -49,7 +47,7 @@ public:
                     LongTestCost& cost) const {
         const ShadowMap<Renderer>& map = *maps_[light];
         cost.tests += points.size();
-        if (!refine_) {
+        if (!settings_.refine_shadow_maps) {
             for (std::size_t i = 0; i < points.size(); ++i)
                 seen[i] = map.visible(points[i]) ? 1 : 0;
             return;
@@ -79,9 +77,45 @@ public:
         return sum;
     }
 
+    /// As `RayLongTests`.
+    void set_light(std::size_t i, const Light& light) { maps_[i] = map_of(i, light); }
+    void add_light(const Light& light) { maps_.push_back(map_of(maps_.size(), light)); }
+    void remove_last() { maps_.pop_back(); }
+
+    /// Pictures that may show a box are rendered anew when they are needed.
+    std::vector<LightSight> look_again(std::span<const Light> lights, std::span<const Bounds> boxes) {
+        std::vector<LightSight> sights(lights.size());
+        std::vector<std::unique_ptr<ShadowMap<Renderer>>> others(lights.size());
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            auto map = map_of(i, lights[i]);
+            // Texels show what lies beyond a point, too. The middles of those that are asked are up to one
+            // side away along both axes, at a picture's edge two.
+            sights[i] = {3.0 * map->texel_angle(), 3.0 * map->texel_side(), SegmentEnd::beyond_point,
+                         !map->has_views_of(*maps_[i])};
+            if (sights[i].is_new)
+                others[i] = std::move(map);
+        }
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            if (others[i] != nullptr)
+                maps_[i] = std::move(others[i]);
+            else
+                maps_[i]->forget(boxes);
+        }
+        return sights;
+    }
+
 private:
-    std::vector<std::unique_ptr<const ShadowMap<Renderer>>> maps_;
-    bool refine_;
+    std::unique_ptr<ShadowMap<Renderer>> map_of(std::size_t i, const Light& light) const {
+        const ShadowMapSettings map{.resolution = settings_.shadow_map_size,
+                                    .z_near = light_clearance(light, step_),
+                                    .scene_bounds = settings_.scene_bounds};
+        return std::make_unique<ShadowMap<Renderer>>(renderer_, light, map, "light " + to_text(i));
+    }
+
+    std::shared_ptr<SharedDepthRenderer<Renderer>> renderer_;
+    Settings settings_;
+    float step_;
+    std::vector<std::unique_ptr<ShadowMap<Renderer>>> maps_;
 };
 
 template <DepthRenderer Source>

@@ -6,6 +6,7 @@
 #include <lightmesh/fill/long_fill.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/merge.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
 #include <lightmesh/statistics.hpp>
 
@@ -49,6 +50,16 @@ public:
         const std::uint32_t found = search.find();
         link_rays_.fetch_add(search.rays(), std::memory_order_relaxed);
         return found + 1;
+    }
+
+    /// Takes over what another mesh knows of the lights that both have, and what that has cost. Throws
+    /// std::bad_alloc.
+    void copy(const MeshFiller& other) const {
+        copy_level(other.data_, data_);
+        long_tests_done_.store(other.long_tests_done_.load(std::memory_order_relaxed),
+                               std::memory_order_relaxed);
+        long_rays_.store(other.long_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+        link_rays_.store(other.link_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
     }
 
     /// Walks over all that is stored. Without what adapters and lights take.

@@ -2,42 +2,69 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
+#include <lightmesh/bounds.hpp>
 #include <lightmesh/fill/mesh_filler.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/level.hpp>
+#include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/mesh/merge.hpp>
+#include <lightmesh/mesh/mesh_change.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/support/check.hpp>
+#include <lightmesh/support/check_light.hpp>
 #include <lightmesh/support/made_once.hpp>
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <utility>
+#include <vector>
 
 namespace lightmesh::detail {
+
+/// What a mesh asks when it lacks something.
+template <Intersector Tracer, class LongTests>
+struct MeshAdapters {
+    Tracer tracer;
+    LongTests long_tests;
+};
 
 /// The levels of a mesh, each a mesh of its own but for lights and adapters, which they share: shadow maps
 /// and volumes begin where those of level 0 do. Level 0 is always there, the others are made when a point
 /// first asks for them. To its users it is constant, and any number of threads may ask. Must not move.
+///
+/// What changes lights or forgets something is for one thread, while nobody else uses the levels.
 template <Intersector Tracer, class LongTests>
 class MeshLevels {
 public:
     using LongTestsType = LongTests;
+    using Adapters = MeshAdapters<Tracer, LongTests>;
     using Level = MeshFiller<Tracer, LongTests>;
 
     /// Throws what `MeshData`, `LevelRule` and the long tests throw.
     template <class... LongTestArguments>
     MeshLevels(Tracer tracer, std::span<const Light> lights, const Settings& settings,
                LongTestArguments&&... long_tests)
-        : tracer_(std::move(tracer)), finest_(tracer_, long_tests_, lights, settings), rule_(settings),
-          long_tests_(std::forward<LongTestArguments>(long_tests)...) {}
+        : MeshLevels{checked(lights, settings),
+                     std::make_shared<Adapters>(Adapters{
+                         std::move(tracer), LongTests(std::forward<LongTestArguments>(long_tests)...)})} {}
+    /// What another mesh with the same adapters knows of the lights that both have. Throws std::bad_alloc.
+    MeshLevels(const MeshLevels& other, std::span<const Light> lights)
+        : MeshLevels({lights, other.finest_.data().settings()}, other.adapters_) {
+        other.for_each([&](int k, const Level& from) { level(k).copy(from); });
+        forgotten_ = other.forgotten_;
+    }
     MeshLevels(const MeshLevels&) = delete;
     MeshLevels& operator=(const MeshLevels&) = delete;
 
-    const Tracer& tracer() const { return tracer_; }
+    const Tracer& tracer() const { return adapters_->tracer; }
     const LevelRule& rule() const { return rule_; }
 
     /// Level 0.
@@ -53,7 +80,7 @@ public:
             return *made;
         const MeshData& known = finest_.data();
         coarser_[static_cast<std::size_t>(k - 1)].publish(std::make_unique<const Level>(
-            tracer_, long_tests_, known, settings_of_level(known.settings(), k)));
+            adapters_->tracer, adapters_->long_tests, known, settings_of_level(known.settings(), k)));
         return *find(k);
     }
 
@@ -84,15 +111,88 @@ public:
             sum.light_points_of_level[static_cast<std::size_t>(k)] = held.light_points;
             sum.bytes_of_level[static_cast<std::size_t>(k)] = held.bytes;
         });
-        sum.bytes += finest_.data().light_bytes() + long_tests_.bytes() + sizeof *this - sizeof finest_;
+        sum.forgotten_visibilities = forgotten_.visibilities;
+        sum.forgotten_links = forgotten_.links;
+        sum.bytes += finest_.data().light_bytes() + adapters_->long_tests.bytes() + sizeof *this +
+                     sizeof *adapters_ - sizeof finest_;
         return sum;
     }
 
+    /// Puts a light in the place of another. Throws what `LightTable` and the long tests throw; nothing has
+    /// changed then.
+    void set_light(std::size_t i, const Light& light) {
+        const MeshData& known = finest_.data();
+        const LightTable lights = known.lights().with(i, light);
+        auto user_lights =
+            std::make_shared<std::vector<Light>>(known.user_lights().begin(), known.user_lights().end());
+        (*user_lights)[i] = light;
+        const bool looks_alike = lights.shape(i) == known.lights().shape(i);
+        for_each([](int, const Level& level) { level.data().prepare_update(); });
+        if (!looks_alike)
+            adapters_->long_tests.set_light(i, light);
+        const std::size_t place = lights.order().place_of(i);
+        for_each([&](int, const Level& level) {
+            MeshData& data = level.data();
+            data.reuse_superseded();
+            data.set_lights(lights, user_lights);
+            if (looks_alike)
+                return;
+            data.for_each_brick([&](const Brick& brick) {
+                forgotten_.visibilities +=
+                    data.forget(brick, place / lights_per_tile, std::uint64_t{1} << place % lights_per_tile);
+            });
+        });
+    }
+
+    /// The same levels with a light more, behind all others; these are not to be used any more then. Throws
+    /// as `set_light`.
+    std::unique_ptr<MeshLevels> with_light(const Light& light) {
+        const auto known = finest_.data().user_lights();
+        std::vector<Light> lights(known.begin(), known.end());
+        lights.push_back(light);
+        check_light(light, "light " + to_text(known.size()));
+        adapters_->long_tests.add_light(light);
+        try {
+            return std::make_unique<MeshLevels>(*this, lights);
+        } catch (...) {
+            adapters_->long_tests.remove_last();
+            throw;
+        }
+    }
+
+    /// Forgets all that may have to do with changes of the scene in some boxes. Throws what the long tests
+    /// throw, and std::bad_alloc; then nothing of the mesh has changed.
+    void forget(std::span<const Bounds> boxes) {
+        for_each([](int, const Level& level) { level.data().prepare_update(); });
+        const std::vector<LightSight> sights =
+            adapters_->long_tests.look_again(finest_.data().user_lights(), boxes);
+        for_each([&](int, const Level& level) {
+            MeshData& data = level.data();
+            data.reuse_superseded();
+            forgotten_ += MeshChange(data, boxes, sights).forget_in(data);
+        });
+    }
+
 private:
-    Tracer tracer_;
+    /// Of lights and settings that the long tests can be made of, too.
+    struct LightsAndSettings {
+        std::span<const Light> lights;
+        const Settings& settings;
+    };
+    static LightsAndSettings checked(std::span<const Light> lights, const Settings& settings) {
+        const LightTable table(lights, Grid(settings));
+        const LevelRule rule(settings);
+        return {lights, settings};
+    }
+
+    MeshLevels(const LightsAndSettings& of, std::shared_ptr<Adapters> adapters)
+        : adapters_(std::move(adapters)),
+          finest_(adapters_->tracer, adapters_->long_tests, of.lights, of.settings), rule_(of.settings) {}
+
+    std::shared_ptr<Adapters> adapters_;
     Level finest_;
     LevelRule rule_;
-    LongTests long_tests_;
+    ForgottenCounts forgotten_;
     mutable std::mutex making_;
     mutable std::array<MadeOnce<const Level>, most_mesh_levels - 1> coarser_;
 };

@@ -3,13 +3,17 @@
 
 #include <lightmesh/adapters/depth_renderer.hpp>
 #include <lightmesh/adapters/occluders.hpp>
+#include <lightmesh/bounds.hpp>
 #include <lightmesh/fill/long_test.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/mesh_change.hpp>
 
 #include <glm/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace lightmesh {
 
@@ -62,6 +66,10 @@ struct NoLongTests {
         return 0;
     }
     std::size_t bytes() const { return 0; }
+    void set_light(std::size_t, const Light&) {}
+    void add_light(const Light&) {}
+    void remove_last() {}
+    std::vector<LightSight> look_again(std::span<const Light>, std::span<const Bounds>) { return {}; }
 };
 
 /// The long tests that the second adapter of a light mesh stands for. Those of shadow maps and shadow volumes

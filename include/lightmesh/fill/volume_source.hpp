@@ -2,11 +2,13 @@
 #pragma once
 
 #include <lightmesh/adapters/occluders.hpp>
+#include <lightmesh/bounds.hpp>
 #include <lightmesh/fill/long_test.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/grid.hpp>
+#include <lightmesh/mesh/mesh_change.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadows/shadow_volume.hpp>
 #include <lightmesh/support/check.hpp>
@@ -17,25 +19,22 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lightmesh::detail {
 
 /// Long tests by shadow volumes (LMM+ATO), of one copy of the user's triangles. They begin where the rays of
 /// `RayLongTests` do.
+template <Occluders Source>
 class VolumeLongTests {
 public:
     static constexpr LongTest kind = LongTest::shadow_volumes;
 
-    template <Occluders Source>
-    VolumeLongTests(const Source& source, std::span<const Light> lights, const Settings& settings)
-        : triangles_(std::make_shared<const OccluderTriangles>(source)) {
-        const auto step = static_cast<float>(Grid(settings).step());
-        volumes_.reserve(lights.size());
-        for (std::size_t i = 0; i < lights.size(); ++i)
-            volumes_.emplace_back(triangles_, lights[i], light_clearance(lights[i], step),
-                                  "light " + to_text(i));
-    }
+    VolumeLongTests(Source source, std::span<const Light> lights, const Settings& settings)
+        : source_(std::move(source)), step_(static_cast<float>(Grid(settings).step())),
+          triangles_(std::make_shared<const OccluderTriangles>(source_)),
+          volumes_(volumes_of(triangles_, lights)) {}
 
     /// As `RayLongTests`.
     template <Intersector Tracer>
@@ -53,7 +52,40 @@ public:
         return sum;
     }
 
+    /// As `RayLongTests`.
+    void set_light(std::size_t i, const Light& light) { volumes_[i] = volumes_of(triangles_, i, light); }
+    void add_light(const Light& light) { volumes_.push_back(volumes_of(triangles_, volumes_.size(), light)); }
+    void remove_last() { volumes_.pop_back(); }
+
+    /// The triangles are read anew.
+    std::vector<LightSight> look_again(std::span<const Light> lights, std::span<const Bounds>) {
+        std::vector<LightSight> sights(lights.size());
+        auto triangles = std::make_shared<const OccluderTriangles>(source_);
+        std::vector<ShadowVolumes> volumes = volumes_of(triangles, lights);
+        // Where the frame is another one, so are roundings.
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            sights[i].is_new = !volumes[i].has_frames_of(volumes_[i]);
+        triangles_ = std::move(triangles);
+        volumes_ = std::move(volumes);
+        return sights;
+    }
+
 private:
+    ShadowVolumes volumes_of(const std::shared_ptr<const OccluderTriangles>& triangles, std::size_t i,
+                             const Light& light) const {
+        return ShadowVolumes(triangles, light, light_clearance(light, step_), "light " + to_text(i));
+    }
+    std::vector<ShadowVolumes> volumes_of(const std::shared_ptr<const OccluderTriangles>& triangles,
+                                          std::span<const Light> lights) const {
+        std::vector<ShadowVolumes> volumes;
+        volumes.reserve(lights.size());
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            volumes.push_back(volumes_of(triangles, i, lights[i]));
+        return volumes;
+    }
+
+    Source source_;
+    float step_;
     std::shared_ptr<const OccluderTriangles> triangles_;
     std::vector<ShadowVolumes> volumes_;
 };
@@ -61,7 +93,7 @@ private:
 template <Occluders Source>
     requires(!MeansDepthRenderer<Source>)
 struct LongTestsOf<Source> {
-    using Type = VolumeLongTests;
+    using Type = VolumeLongTests<Source>;
 };
 
 }  // namespace lightmesh::detail

@@ -116,6 +116,19 @@ constexpr std::uint64_t lights_of_groups(std::uint32_t groups) {
     return lights;
 }
 
+/// One bit for each group that has one of these lights.
+constexpr std::uint32_t groups_with_lights(std::uint64_t lights) {
+    return cell_bits(lights);
+}
+
+/// One bit for each group of which a unit is set.
+constexpr std::uint32_t groups_with_units(std::uint64_t units) {
+    units |= units >> 32;
+    units |= units >> 16;
+    units |= units >> 8;
+    return static_cast<std::uint32_t>(units & 0xff);
+}
+
 /// 4x4x4 light points.
 struct Brick {
     std::array<std::int32_t, 3> coord;  ///< of the first light point in the grid, over 4

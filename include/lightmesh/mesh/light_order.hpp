@@ -60,6 +60,8 @@ public:
             place_of_[light_at_[place]] = place;
     }
 
+    bool operator==(const LightOrder&) const = default;
+
     /// Whether the order is the user's own.
     bool is_given() const { return light_at_.empty(); }
     std::size_t light_at(std::size_t place) const { return is_given() ? place : light_at_[place]; }

@@ -24,6 +24,8 @@ struct LightCone {
     bool is_wide = false;           ///< more than half of all directions
     bool is_everything = true;
 
+    bool operator==(const LightCone&) const = default;
+
     static LightCone everything() { return {}; }
     static LightCone around(const glm::vec3& direction, double angle) {
         if (angle >= static_cast<double>(std::numbers::pi_v<float>))
@@ -55,6 +57,11 @@ struct LightShape {
     glm::vec3 at{0.0f};
     LightCone cone;
     float range = std::numeric_limits<float>::infinity();
+
+    bool operator==(const LightShape&) const = default;
+
+    /// Not even the place where it is.
+    bool reaches_nothing() const { return range == 0.0f; }
 };
 
 /// The light must be one that `check_light` accepts.

@@ -51,7 +51,8 @@ struct LightColumns {
         at_y[l] = shape.at.y;
         at_z[l] = shape.at.z;
         nearness[l] = shape.is_directional ? 0.0f : 1.0f;
-        range_squared[l] = static_cast<double>(shape.range) * static_cast<double>(shape.range);
+        const auto range = static_cast<double>(shape.range);
+        range_squared[l] = shape.reaches_nothing() ? -1.0 : range * range;
         const bool fits = (range_squared[l] > 1e-30 && range_squared[l] < 1e30) || std::isinf(shape.range);
         coarse_range_squared[l] =
             fits ? static_cast<float>(range_squared[l]) : std::numeric_limits<float>::quiet_NaN();
@@ -120,7 +121,21 @@ public:
     /// The lights of another table, which are shared, for another grid.
     LightTable(const LightTable& other, const Grid& grid) : LightTable(other.lights_, grid) {}
 
+    /// The same with another light in the place of one. Throws what `check_light` throws.
+    LightTable with(std::size_t light, const Light& other) const {
+        check_light(other, "light " + to_text(light));
+        LightTable table = *this;
+        table.lights_ = std::make_shared<const Lights>(*lights_, light, shape_of(other));
+        return table;
+    }
+
+    /// Takes the lights of another table.
+    void share(const LightTable& other) { lights_ = other.lights_; }
+
     std::size_t size() const { return lights_->shapes.size(); }
+    const LightShape& shape(std::size_t light) const { return lights_->shapes[light]; }
+    /// Whether the order is that of a table that is made of these lights.
+    bool has_own_order() const { return order() == LightOrder(lights_->shapes); }
     /// Those of all tables together that share the lights.
     std::size_t bytes() const {
         return sizeof(Lights) + lights_->shapes.capacity() * sizeof(LightShape) + lights_->order.bytes() +
@@ -168,8 +183,22 @@ private:
         explicit Lights(std::span<const Light> lights)
             : shapes(checked(lights)), order(shapes),
               tiles((lights.size() + lights_per_tile - 1) / lights_per_tile) {
-            for (std::size_t place = 0; place < shapes.size(); ++place)
-                tiles[place / lights_per_tile].set(place % lights_per_tile, shapes[order.light_at(place)]);
+            for (std::size_t tile = 0; tile < tiles.size(); ++tile)
+                fill(tile);
+        }
+        /// The same places, with another light.
+        Lights(const Lights& others, std::size_t light, const LightShape& shape)
+            : shapes(others.shapes), order(others.order), tiles(others.tiles) {
+            shapes[light] = shape;
+            fill(order.place_of(light) / lights_per_tile);
+        }
+
+        void fill(std::size_t tile) {
+            tiles[tile] = {};
+            const std::size_t first = tile * lights_per_tile;
+            for (std::size_t place = first; place < (std::min)(first + lights_per_tile, shapes.size());
+                 ++place)
+                tiles[tile].set(place - first, shapes[order.light_at(place)]);
         }
 
         std::vector<LightShape> shapes;

@@ -6,8 +6,10 @@
 #include <lightmesh/mesh/flood.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
 #include <lightmesh/mesh/snapshot_reader.hpp>
+#include <lightmesh/support/atomics.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/support/vectors.hpp>
 
@@ -27,34 +29,6 @@
 
 namespace lightmesh::detail {
 
-/// Whether any segment between a box and a light meets another box: exact, but for rounding to the safe side.
-inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& box) {
-    // The points at share t of the way are the box `from`, shrunk to 1 - t and moved: all axes must overlap
-    // at the same t. A directional light is never reached: t goes on without end.
-    double first = 0.0;
-    double last = light.is_directional ? std::numeric_limits<double>::infinity() : 1.0;
-    const auto keep_below = [&](double at_start, double slope, double limit) {
-        // at_start + slope * t <= limit
-        if (slope > 0.0)
-            last = (std::min)(last, (limit - at_start) / slope);
-        else if (slope < 0.0)
-            first = (std::max)(first, (limit - at_start) / slope);
-        else if (at_start > limit)
-            last = -1.0;
-    };
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto low = static_cast<double>(from.low[axis]);
-        const auto high = static_cast<double>(from.high[axis]);
-        const auto at = static_cast<double>(light.at[axis]);
-        const double slack =
-            1e-6 * (std::abs(low) + std::abs(high) + std::abs(static_cast<double>(box.low[axis])) +
-                    std::abs(static_cast<double>(box.high[axis])));
-        keep_below(low, light.is_directional ? at : at - low, static_cast<double>(box.high[axis]) + slack);
-        keep_below(-high, light.is_directional ? -at : high - at, slack - static_cast<double>(box.low[axis]));
-    }
-    return first <= last * (1.0 + 1e-9) + 1e-12;
-}
-
 /// What may be taken from a snapshot: lights that are the same, and what has nothing to do with boxes that
 /// have changed.
 struct MergeRules {
@@ -69,28 +43,31 @@ struct KnownByBoth {
     std::uint64_t differing = 0;
 };
 
-/// Adds what a snapshot knows of a level and a mesh lacks.
+/// Adds what a snapshot, or another mesh, knows of a level and a mesh lacks. `From` is a `SnapshotLevel` or
+/// `MeshData`, which other threads may add to meanwhile: what is published by then is copied.
+template <class From>
 class LevelMerge {
 public:
-    LevelMerge(MeshData& data, const SnapshotLevel& from, const MergeRules& rules)
-        : data_(data), from_(from), rules_(rules) {}
+    LevelMerge(MeshData& data, const From& from, const MergeRules& rules)
+        : data_(data), from_(from), view_(from.view()), rules_(rules) {}
 
     void compare(KnownByBoth& known) const {
         const MeshView mine = data_.view();
-        for (const Brick& brick : from_.bricks())
+        from_.for_each_brick([&](const Brick& brick) {
             if (const Brick* own = mine.find_brick(brick.position()))
                 compare(mine, *own, brick, known);
+        });
     }
 
     /// Throws std::bad_alloc.
     void add() {
-        for (const Brick& brick : from_.bricks()) {
+        from_.for_each_brick([&](const Brick& brick) {
             add_tiles(brick);
             if (!near_change(brick, FloodBox::radius(data_.grid().quality()) + 1.0f)) {
                 add_floods(brick);
                 add_links(brick);
             }
-        }
+        });
     }
 
 private:
@@ -103,12 +80,7 @@ private:
 
     /// Whether a changed box lies within so many steps of a brick.
     bool near_change(const Brick& brick, float margin) const {
-        const Bounds box = box_of(brick, margin);
-        return std::ranges::any_of(rules_.changed, [&](const Bounds& changed) {
-            return changed.low.x <= box.high.x && changed.low.y <= box.high.y &&
-                   changed.low.z <= box.high.z && changed.high.x >= box.low.x &&
-                   changed.high.y >= box.low.y && changed.high.z >= box.low.z;
-        });
+        return meets_any(box_of(brick, margin), rules_.changed);
     }
 
     bool light_counts(const Brick& brick, std::size_t light) const {
@@ -133,18 +105,18 @@ private:
             const std::size_t light = lights.order().light_at(t * lights_per_tile + l);
             std::uint64_t cells = 0;  // one bit a cell, at its first light point
             if (light_counts(brick, light)) {
-                const std::size_t place = from_.view().lights->order().place_of(light);
+                const std::size_t place = view_.lights->order().place_of(light);
                 const std::size_t their_l = place % lights_per_tile;
-                if (const BrickTile* tile = from_.view().find_tile(brick, place / lights_per_tile)) {
-                    cells = tile->known >> (their_l / lights_per_group) & every_byte;
-                    sampled |= (std::uint64_t{tile->sampled} >> (their_l / lights_per_group) & 1) << l;
-                    samples.uniform |= (tile->uniform >> their_l & 1) << l;
-                    samples.lit |= (tile->lit >> their_l & 1) << l;
+                if (const BrickTile* tile = view_.find_tile(brick, place / lights_per_tile)) {
+                    cells = load_acquire(tile->known) >> (their_l / lights_per_group) & every_byte;
+                    sampled |=
+                        (std::uint64_t{load_acquire(tile->sampled)} >> (their_l / lights_per_group) & 1) << l;
+                    samples.uniform |= (load_acquire(tile->uniform) >> their_l & 1) << l;
+                    samples.lit |= (load_relaxed(tile->lit) >> their_l & 1) << l;
                     for (std::uint64_t rest = cells; rest != 0; rest &= rest - 1) {
                         const int first = std::countr_zero(rest);
-                        lit[l] |=
-                            static_cast<std::uint64_t>(from_.view().lit_in_cell(*tile, first / 8, their_l))
-                            << first;
+                        lit[l] |= static_cast<std::uint64_t>(view_.lit_in_cell(*tile, first / 8, their_l))
+                                  << first;
                     }
                 }
             }
@@ -196,8 +168,8 @@ private:
             const Brick& own = data_.find_or_make_brick(brick.position());
             bool all_copied = true;
             for (std::size_t t = 0; t < data_.lights().tile_count(); ++t)
-                if (const BrickTile* tile = from_.view().find_tile(brick, t))
-                    all_copied &= data_.publish_copy(own, t, from_.view(), *tile);
+                if (const BrickTile* tile = view_.find_tile(brick, t))
+                    all_copied &= data_.publish_copy(own, t, view_, *tile);
             if (all_copied)
                 return;
         }
@@ -208,31 +180,45 @@ private:
     }
 
     void add_links(const Brick& brick) {
-        if (brick.links_known == 0)
+        const std::uint8_t known = load_acquire(brick.links_known);
+        if (known == 0)
             return;
         const Brick& own = data_.find_or_make_brick(brick.position());
         for (int cell = 0; cell < cells_per_brick; ++cell) {
-            if ((brick.links_known >> cell & 1) == 0 || (own.links_known >> cell & 1) != 0)
+            if ((known >> cell & 1) == 0 || (own.links_known >> cell & 1) != 0)
                 continue;
             const std::uint64_t in_cell = std::uint64_t{0xff} << (8 * cell);
-            data_.publish_links(
-                own, cell, {brick.links[0] & in_cell, brick.links[1] & in_cell, brick.links[2] & in_cell});
+            data_.publish_links(own, cell,
+                                {load_relaxed(brick.links[0]) & in_cell,
+                                 load_relaxed(brick.links[1]) & in_cell,
+                                 load_relaxed(brick.links[2]) & in_cell});
         }
     }
 
     void add_floods(const Brick& brick) {
         const std::size_t slots = FloodBox::slots(data_.grid().quality());
-        for (std::uint32_t flood = brick.floods; flood != 0;) {
-            const FloodView view(&from_.view().words[flood - 1]);
+        for (std::uint32_t flood = load_acquire(brick.floods); flood != 0;) {
+            const FloodView view(&view_.words[flood - 1]);
             data_.publish_flood(data_.find_or_make_brick(brick.position()), view, slots);
             flood = view.next();
         }
     }
 
     MeshData& data_;
-    const SnapshotLevel& from_;
+    const From& from_;
+    MeshView view_;
     const MergeRules& rules_;
 };
+
+/// A mesh that knows what another one does, of the lights that both have, in an order of its own: with
+/// nothing left of what was forgotten or superseded. Throws std::bad_alloc.
+inline void copy_level(const MeshData& from, MeshData& to) {
+    MergeRules rules{.changed = {}, .same_lights = std::vector<bool>(to.user_lights().size())};
+    for (std::size_t i = 0; i < rules.same_lights.size(); ++i)
+        rules.same_lights[i] = i < from.user_lights().size() &&
+                               record_of(from.user_lights()[i]) == record_of(to.user_lights()[i]);
+    LevelMerge<MeshData>(to, from, rules).add();
+}
 
 /// Adds what a snapshot knows and a mesh lacks, level by level. Throws std::invalid_argument, before anything
 /// has changed, if it is of another mesh, or if more than one in 1,000 of the bits that both know differ;
@@ -243,6 +229,7 @@ public:
     Merge(const Levels& levels, const SnapshotReader& from, LongTest long_tests,
           std::span<const Bounds> changed)
         : levels_(levels), from_(from), rules_{.changed = changed, .same_lights = {}} {
+        check_changed(changed);
         check_same_grid(long_tests);
         find_same_lights();
     }
@@ -251,7 +238,7 @@ public:
         check_same_scene();
         from_.for_each([&](int k, const SnapshotLevel& level) {
             if (!level.bricks().empty())
-                LevelMerge(levels_.level(k).data(), level, rules_).add();
+                LevelMerge<SnapshotLevel>(levels_.level(k).data(), level, rules_).add();
         });
     }
 
@@ -294,7 +281,7 @@ private:
         KnownByBoth known;
         from_.for_each([&](int k, const SnapshotLevel& level) {
             if (const auto* own = levels_.find(k))
-                LevelMerge(own->data(), level, rules_).compare(known);
+                LevelMerge<SnapshotLevel>(own->data(), level, rules_).compare(known);
         });
         if (1000 * known.differing > known.compared)
             throw std::invalid_argument("lightmesh: the snapshot is not of the same scene: of " +

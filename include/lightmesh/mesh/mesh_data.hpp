@@ -32,9 +32,23 @@ namespace lightmesh::detail {
 /// light at place l of the tile from light point p.
 using BrickWords = std::array<std::uint64_t, lights_per_tile>;
 
+/// What a tile of a brick knew before some of its lights changed: the others are still what they were.
+struct ForgottenLights {
+    std::uint64_t units = 0;    ///< as `BrickTile::known`, known but for `lights`
+    std::uint64_t lights = 0;   ///< those that have changed
+    std::uint32_t sampled = 0;  ///< as `BrickTile::sampled`, but for `lights`
+
+    /// The cells, one bit each at their first light points, in which a light is known still.
+    std::uint64_t cells_with(std::size_t l) const {
+        return (lights >> l & 1) != 0 ? 0 : units >> (l / lights_per_group) & every_byte;
+    }
+};
+
 /// All that is known about light points: settings, lights, and what has been found out so far. Knows no
 /// tracer. Any number of threads may read, through a `view`, while others add to it; what is there never
 /// changes, and what two threads add at once is the same.
+///
+/// What changes lights or forgets something is for one thread, while nobody else uses the data.
 class MeshData {
 public:
     /// Throws what `LightTable` and `Grid` throw.
@@ -101,20 +115,32 @@ public:
         const SpinLock lock(const_cast<Brick&>(brick).lock);
         BrickTile& tile = find_or_make_tile(brick, t);
         fresh &= ~tile.known;
+        ForgottenLights* const forgotten = forgotten_of(brick, t);
+        const ForgottenLights before = forgotten != nullptr ? *forgotten : ForgottenLights{};
         const std::uint32_t sampled = samples.sampled & ~tile.sampled;
         const std::uint64_t of_sampled = lights_of_groups(sampled);
         const std::uint64_t uniform = tile.uniform | (samples.uniform & of_sampled);
         const std::uint64_t uniformly_lit = tile.lit | (samples.lit & samples.uniform & of_sampled);
+        // What cells hold of lights that were forgotten is in the way where those have become uniform.
+        const bool is_outdated = uniformly_lit != tile.lit || (before.lights & uniform & ~tile.uniform) != 0;
         std::array<std::uint32_t, cells_per_brick> cells = tile.cells;
         for (int cell = 0; cell < cells_per_brick; ++cell) {
             std::uint32_t& index = cells[static_cast<std::size_t>(cell)];
             const auto groups = static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff;
-            const std::uint64_t stored = lights_of_groups(groups) & ~uniform;
-            const bool has_more_lit = index != 0 && uniformly_lit != tile.lit;
-            if (stored != 0 || has_more_lit)
+            const auto kept = static_cast<std::uint32_t>(before.units >> (8 * cell)) & groups;
+            const std::uint64_t stored =
+                lights_of_groups(groups) & ~uniform & (~lights_of_groups(kept) | before.lights);
+            if (stored != 0 || (index != 0 && is_outdated))
                 index = keep(merged_row(tile, cell, stored, lit), uniform, uniformly_lit).value;
         }
+        if (forgotten != nullptr)
+            note_superseded(tile.cells, cells);
         // From here on nothing throws.
+        if (forgotten != nullptr) {
+            forgotten->units &= ~fresh;
+            forgotten->sampled &= ~sampled;
+            forgotten->lights &= lights_of_groups(groups_with_units(forgotten->units) | forgotten->sampled);
+        }
         or_relaxed(tile.lit, uniformly_lit);
         or_release(tile.uniform, uniform);
         or_release(tile.sampled, sampled);
@@ -123,6 +149,85 @@ public:
                 store_release(tile.cells[cell], cells[cell]);
         or_release(tile.known, fresh);
     }
+
+    /// What is still known of a tile where some lights were forgotten. Beside it other threads may publish.
+    ForgottenLights find_forgotten(const Brick& brick, std::size_t t) const {
+        if (forgotten_.empty())
+            return {};
+        const SpinLock lock(const_cast<Brick&>(brick).lock);
+        const ForgottenLights* const forgotten = forgotten_of(brick, t);
+        return forgotten != nullptr ? *forgotten : ForgottenLights{};
+    }
+
+    /// Gets ready for `forget` and `set_lights`, which do not throw then. Throws std::bad_alloc.
+    void prepare_update() { forgotten_.resize(tiles_.size()); }
+
+    /// Takes other lights in the places of those that are there.
+    void set_lights(const LightTable& lights, const std::shared_ptr<const std::vector<Light>>& user_lights) {
+        lights_.share(lights);
+        user_lights_ = user_lights;
+    }
+
+    /// Forgets what a tile of a brick knows of some of its lights. Returns the number of visibilities.
+    std::size_t forget(const Brick& brick, std::size_t t, std::uint64_t lights) {
+        ForgottenLights* const forgotten = forgotten_of(brick, t);
+        if (forgotten == nullptr)
+            return 0;
+        BrickTile& tile = tiles_[view().tile_index(brick, t) - 1];
+        const auto groups = groups_with_lights(lights);
+        const std::uint64_t units = tile.known & (every_byte * groups);
+        std::size_t count = 0;
+        for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            count += 8 * static_cast<std::size_t>(std::popcount(
+                             ((units >> (l / lights_per_group)) & every_byte) | forgotten->cells_with(l)));
+        }
+        forgotten->units |= units;
+        forgotten->sampled |= tile.sampled & groups;
+        const std::uint32_t waiting = groups_with_units(forgotten->units) | forgotten->sampled;
+        forgotten->lights |= lights & lights_of_groups(waiting);
+        tile.known &= ~units;
+        tile.sampled &= ~groups;
+        tile.uniform &= ~lights;
+        tile.lit &= ~lights;
+        return count;
+    }
+
+    /// Forgets the links of a brick. Returns their number.
+    std::size_t forget_links(const Brick& brick) {
+        auto& changed = const_cast<Brick&>(brick);
+        const auto count = static_cast<std::size_t>(std::popcount(changed.links_known));
+        changed.links = {};
+        changed.links_known = 0;
+        return 24 * count;
+    }
+
+    /// Forgets the floods of a brick's light points.
+    void forget_floods(const Brick& brick) {
+        auto& changed = const_cast<Brick&>(brick);
+        const std::size_t slots = FloodBox::slots(grid_.quality());
+        for (std::uint32_t flood = std::exchange(changed.floods, 0); flood != 0;) {
+            const FloodView view(&words_[flood - 1]);
+            const std::uint32_t next = view.next();
+            words_.give_back(flood - 1, view.size(slots));
+            flood = next;
+        }
+    }
+
+    /// Makes the memory of what was superseded since the last call free for new cells.
+    void reuse_superseded() {
+        for (const std::uint32_t cell : superseded_) {
+            const CellIndex at{cell};
+            if (at.is_words())
+                words_.give_back(at.index(), words_[at.index() + 1] != 0 ? 3 : 2);
+            else
+                rows_.give_back(at.index());
+        }
+        superseded_.clear();
+    }
+
+    /// Whether lights were changed, or anything was forgotten, since it was made.
+    bool was_updated() const { return !forgotten_.empty() || !lights_.has_own_order(); }
 
     /// Stores all that another mesh with the same lights in the same places knows of a tile; returns false,
     /// and does nothing, if something of the tile is known already.
@@ -179,6 +284,15 @@ public:
         });
     }
 
+    /// Calls visit(region) for all regions.
+    template <class Visitor>
+    void for_each_region(Visitor&& visit) const {
+        const MeshView mesh = view();
+        for (std::uint64_t i = 0; i < mesh.region_table.size; ++i)
+            if (const std::uint32_t region = load_acquire(mesh.region_table.slots[i]); region != 0)
+                visit(std::as_const(mesh.regions[region - 1]));
+    }
+
     /// Whether any brick is there.
     bool knows_anything() const {
         bool found = false;
@@ -189,15 +303,14 @@ public:
     /// Calls visit(const Brick&) for all bricks, region by region.
     template <class Visitor>
     void for_each_brick(Visitor&& visit) const {
-        const MeshView mesh = view();
-        for (std::uint64_t i = 0; i < mesh.region_table.size; ++i) {
-            const std::uint32_t region = load_acquire(mesh.region_table.slots[i]);
-            if (region == 0)
-                continue;
-            for (const std::uint32_t& place : mesh.regions[region - 1].bricks)
-                if (const std::uint32_t brick = load_acquire(place))
-                    visit(std::as_const(mesh.bricks[brick - 1]));
-        }
+        for_each_region([&](const Region& region) { for_each_brick(region, visit); });
+    }
+    /// The same for those of one region.
+    template <class Visitor>
+    void for_each_brick(const Region& region, Visitor&& visit) const {
+        for (const std::uint32_t& place : region.bricks)
+            if (const std::uint32_t brick = load_acquire(place))
+                visit(std::as_const(bricks_[brick - 1]));
     }
 
     /// Without the lights.
@@ -207,7 +320,8 @@ public:
         for (const auto& table : tables_)
             sum += sizeof(SlotTable) + table->slots.capacity() * sizeof(std::uint32_t);
         return sum + regions_.bytes() + bricks_.bytes() + tile_indices_.bytes() + tiles_.bytes() +
-               rows_.bytes() + words_.bytes();
+               rows_.bytes() + words_.bytes() + forgotten_.capacity() * sizeof(ForgottenLights) +
+               superseded_bytes_.load(std::memory_order_relaxed);
     }
 
     /// Of the lights, for all meshes together that share them.
@@ -271,6 +385,25 @@ private:
         if (place == 0)
             store_release(place, tiles_.allocate() + 1);
         return tiles_[place - 1];
+    }
+
+    /// Null where nothing was forgotten. Who asks holds the brick's lock, or is alone.
+    const ForgottenLights* forgotten_of(const Brick& brick, std::size_t t) const {
+        const std::uint32_t tile = load_relaxed(view().tile_index(brick, t));
+        return tile == 0 || tile > forgotten_.size() ? nullptr : &forgotten_[tile - 1];
+    }
+    ForgottenLights* forgotten_of(const Brick& brick, std::size_t t) {
+        return const_cast<ForgottenLights*>(std::as_const(*this).forgotten_of(brick, t));
+    }
+
+    /// Remembers cells that are about to be replaced, for `reuse_superseded`. Throws std::bad_alloc.
+    void note_superseded(const std::array<std::uint32_t, cells_per_brick>& before,
+                         const std::array<std::uint32_t, cells_per_brick>& after) {
+        const std::scoped_lock lock(superseding_);
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+            if (before[cell] != 0 && before[cell] != after[cell])
+                superseded_.push_back(before[cell]);
+        superseded_bytes_.store(superseded_.capacity() * sizeof(std::uint32_t), std::memory_order_relaxed);
     }
 
     template <class Write>
@@ -338,6 +471,11 @@ private:
     Pool<CellRow> rows_;
     Pool<std::uint64_t> words_;
     std::size_t region_count_ = 0;
+    /// For each tile that was there at the last update, by its index.
+    std::vector<ForgottenLights> forgotten_;
+    std::mutex superseding_;
+    std::vector<std::uint32_t> superseded_;  ///< `CellIndex` values
+    std::atomic<std::size_t> superseded_bytes_{0};
 };
 
 }  // namespace lightmesh::detail

@@ -76,11 +76,13 @@ void spread_over(typename PoolView<T>::Table& table, T* first, std::size_t size)
     }
 }
 
-/// A growing array of zero-initialised T. Elements are handed out one after the other and never move; all of
-/// them are given back together. Any number of threads may allocate, and read what was handed out.
+/// A growing array of zero-initialised T. Elements are handed out one after the other and never move. Any
+/// number of threads may allocate, and read what was handed out. What is given back is handed out again for
+/// as many elements.
 template <class T>
 class Pool {
-    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T> &&
+                  sizeof(T) >= sizeof(std::uint32_t));
 
 public:
     using Chunks = PoolChunks<T>;
@@ -89,6 +91,8 @@ public:
     /// std::length_error beyond 2^32 elements; nothing has changed then.
     std::uint32_t allocate(std::size_t count = 1) {
         const std::scoped_lock lock(growing_);
+        if (count < free_.size() && free_[count] != 0)
+            return take_free(count);
         std::uint64_t first = size_;
         for (;;) {
             if (first + count > 0xfffffffeu)
@@ -104,6 +108,24 @@ public:
         }
     }
 
+    /// Takes elements back that were handed out together, which nobody may use meanwhile or after. More than
+    /// `most_reused` of them are not used again.
+    void give_back(std::uint32_t index, std::size_t count = 1) {
+        const std::scoped_lock lock(growing_);
+        T* const elements = &(*this)[index];
+        std::memset(static_cast<void*>(elements), 0, count * sizeof(T));
+        if (count >= free_.size())
+            return;
+        std::memcpy(static_cast<void*>(elements), &free_[count], sizeof free_[count]);
+        free_[count] = index + 1;
+    }
+
+    /// Elements handed out so far, the given back included.
+    std::size_t size() const {
+        const std::scoped_lock lock(growing_);
+        return size_;
+    }
+
     T& operator[](std::uint32_t index) const { return view()[index]; }
     PoolView<T> view() const { return PoolView<T>(chunks_); }
 
@@ -114,11 +136,20 @@ public:
     }
 
 private:
+    static constexpr std::size_t most_reused = 255;
     static constexpr std::size_t alignment = (std::max)(alignof(T), std::size_t{64});
     struct Free {
         void operator()(T* chunk) const { ::operator delete (chunk, std::align_val_t{alignment}); }
     };
     using Owner = std::unique_ptr<T, Free>;
+
+    std::uint32_t take_free(std::size_t count) {
+        const std::uint32_t index = free_[count] - 1;
+        T* const elements = &(*this)[index];
+        std::memcpy(&free_[count], static_cast<const void*>(elements), sizeof free_[count]);
+        std::memset(static_cast<void*>(elements), 0, sizeof free_[count]);
+        return index;
+    }
 
     void make(std::size_t chunk) {
         if (owners_[chunk] != nullptr)
@@ -133,6 +164,8 @@ private:
     mutable std::mutex growing_;
     std::uint64_t size_ = 0;
     std::size_t bytes_ = 0;
+    /// Of so many elements the first that were given back, index plus one; they begin with that of the next.
+    std::array<std::uint32_t, most_reused + 1> free_{};
     std::array<Owner, Chunks::count> owners_{};
     typename PoolView<T>::Table chunks_{};
 };

@@ -58,6 +58,11 @@ public:
     const Grid& grid() const { return grid_; }
     const MeshView& view() const { return view_; }
     std::span<const Brick> bricks() const { return parts_.bricks; }
+    template <class Visitor>
+    void for_each_brick(Visitor&& visit) const {
+        for (const Brick& brick : bricks())
+            visit(brick);
+    }
 
 private:
     template <class T>

@@ -3,6 +3,7 @@
 
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/merge.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/mesh/region_table.hpp>
@@ -167,7 +168,14 @@ std::vector<std::byte> write_snapshot(const Levels& levels, LongTest long_tests)
                 return;
             records.push_back({static_cast<std::uint64_t>(k), parts.sizes()});
         }
-        LevelCopy(data, parts).run();
+        // As the reader will expect lights in the order of a mesh that is made of them.
+        if (data.was_updated()) {
+            MeshData copy(data.user_lights(), data.settings(), data.grid());
+            copy_level(data, copy);
+            LevelCopy(copy, parts).run();
+        } else {
+            LevelCopy(data, parts).run();
+        }
     });
     const MeshData& finest = levels.finest().data();
     const Settings& settings = finest.settings();

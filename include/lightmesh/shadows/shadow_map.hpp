@@ -167,6 +167,22 @@ public:
         render([](std::size_t) { return true; });
     }
 
+    /// Forgets the pictures that may show one of these boxes, in which the scene has changed. Nothing else
+    /// may use the map meanwhile.
+    void forget(std::span<const Bounds> boxes) {
+        for (std::size_t i = 0; i < views_.size(); ++i)
+            if (std::ranges::any_of(boxes, [&](const Bounds& box) { return views_.may_show(i, box); }))
+                pictures_[i].forget();
+    }
+
+    /// Whether all pictures of another map are taken as these are.
+    bool has_views_of(const ShadowMap& other) const { return views_ == other.views_; }
+
+    /// The greatest side of a texel of a light with a position, at distance 1 from it; else 0.
+    double texel_angle() const { return views_.texel_angle(); }
+    /// The greatest side of a texel of a directional light, in world units; else 0.
+    double texel_side() const { return views_.texel_side(); }
+
     /// What may be asked of the renderer: 1 (directional), 6, or 7 views, of which a spot light needs the
     /// first for its cone and the others only for points outside of it.
     std::span<const DepthView> views() const { return views_.all(); }

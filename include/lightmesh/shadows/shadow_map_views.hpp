@@ -13,6 +13,7 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -116,7 +117,50 @@ public:
         return from.orthographic ? TexelCoord{} : locate_direction(from.offset(column, row));
     }
 
+    bool operator==(const ShadowMapViews& other) const {
+        return std::ranges::equal(views_, other.views_, [](const DepthView& a, const DepthView& b) {
+            return a.eye == b.eye && a.forward == b.forward && a.right == b.right && a.down == b.down &&
+                   a.z_near == b.z_near && a.z_far == b.z_far && a.resolution == b.resolution &&
+                   a.orthographic == b.orthographic;
+        });
+    }
+
+    double texel_angle() const { return is_parallel() ? 0.0 : greatest_texel(); }
+    double texel_side() const { return is_parallel() ? greatest_texel() : 0.0; }
+
+    /// Whether some of a box may be in a picture: not if all of its corners lie beyond one of its sides.
+    bool may_show(std::size_t i, const Bounds& box) const {
+        const DepthView& view = views_[i];
+        // Wider by two texels, against roundings.
+        const double edge = 1.0 + 4.0 / view.resolution;
+        std::array<bool, 4> is_beyond{true, true, true, true};
+        for (int corner = 0; corner < 8; ++corner) {
+            const glm::dvec3 at((corner & 1) != 0 ? box.high.x : box.low.x,
+                                (corner & 2) != 0 ? box.high.y : box.low.y,
+                                (corner & 4) != 0 ? box.high.z : box.low.z);
+            const glm::dvec3 way = at - glm::dvec3(view.eye);
+            const glm::dvec3 right(view.right);
+            const glm::dvec3 down(view.down);
+            const double limit = edge * (view.orthographic ? 1.0 : glm::dot(glm::dvec3(view.forward), way));
+            const double x = glm::dot(right, way) / glm::dot(right, right);
+            const double y = glm::dot(down, way) / glm::dot(down, down);
+            is_beyond[0] &= x > limit;
+            is_beyond[1] &= -x > limit;
+            is_beyond[2] &= y > limit;
+            is_beyond[3] &= -y > limit;
+        }
+        return std::ranges::none_of(is_beyond, [](bool all) { return all; });
+    }
+
 private:
+    bool is_parallel() const { return views_.front().orthographic; }
+    double greatest_texel() const {
+        double greatest = 0.0;
+        for (const DepthView& view : views_)
+            greatest = (std::max)(greatest, static_cast<double>(texel_side(view)));
+        return greatest;
+    }
+
     static constexpr float widest_single_map =
         1.0471976f;  // 60 degrees: beyond it faces of a cube have finer texels
 

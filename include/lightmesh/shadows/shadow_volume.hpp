@@ -92,6 +92,12 @@ public:
             lit[i] = visible(points[i]) ? 1 : 0;
     }
 
+    /// Whether the light of another one looks along the same axes at the same scale: then both say the same
+    /// of points that only triangles hide which both have.
+    bool has_frames_of(const ShadowVolumes& other) const {
+        return frames_ == other.frames_ && clearance_ == other.clearance_;
+    }
+
     /// Memory held by now, without the triangles.
     std::size_t bytes() const {
         std::size_t sum = sizeof *this + frames_.size() * (sizeof(detail::LightFrame) + sizeof(LazyGrid));

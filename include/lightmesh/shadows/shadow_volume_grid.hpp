@@ -36,6 +36,8 @@ struct LightFrame {
     glm::dvec3 forward{0.0, 0.0, 1.0};
     bool parallel = false;
 
+    bool operator==(const LightFrame&) const = default;
+
     SeenPoint see(const glm::vec3& point) const {
         const glm::dvec3 to_point = glm::dvec3(point) - eye;
         const double depth = glm::dot(forward, to_point);

@@ -20,8 +20,8 @@ namespace lightmesh::detail {
 inline constexpr float largest_length = 1e18f;
 
 inline void check_range(float range, const std::string& name) {
-    require((range > 0.0f && range <= largest_length) || range == std::numeric_limits<float>::infinity(),
-            name, range, "greater than 0 and at most 1e18, or infinity");
+    require((range >= 0.0f && range <= largest_length) || range == std::numeric_limits<float>::infinity(),
+            name, range, "in [0, 1e18], or infinity");
 }
 
 inline void check_radius(float radius, const std::string& name) {

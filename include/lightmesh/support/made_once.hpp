@@ -8,7 +8,7 @@
 
 namespace lightmesh::detail {
 
-/// A T, or an array of T for T[], that is made when somebody first needs it and never changes then. Any
+/// A T, or an array of T for T[], that is made when somebody first needs it and does not change then. Any
 /// number of threads may look; who makes it holds a lock of the owner's meanwhile.
 template <class T>
 class MadeOnce {
@@ -22,6 +22,12 @@ public:
     void publish(std::unique_ptr<T> whole) {
         owner_ = std::move(whole);
         made_.store(owner_.get(), std::memory_order_release);
+    }
+
+    /// As if it was never made. Nobody may look meanwhile.
+    void forget() {
+        made_.store(nullptr, std::memory_order_relaxed);
+        owner_.reset();
     }
 
 private:

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/bounds.hpp>
+#include <lightmesh/cache/column.hpp>
+#include <lightmesh/cache/lamp.hpp>
+#include <lightmesh/cache/lamp_table.hpp>
+#include <lightmesh/cache/lattice.hpp>
+#include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/row.hpp>
+#include <lightmesh/cache/snapshot_format.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
+#include <lightmesh/settings.hpp>
+
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace lightmesh::detail {
+
+/// What of a cache may have to do with boxes in which the scene has changed: where records have fallen, the
+/// ways between them, and what they see.
+class CacheChange {
+public:
+    CacheChange(const Lattice& lattice, const LampTable& lamps, const RowSource& rows,
+                std::span<const Bounds> boxes)
+        : lattice_(lattice), lamps_(lamps), rows_(rows), boxes_(boxes) {}
+
+    bool is_nothing() const { return boxes_.empty(); }
+
+    /// Whether a record may be somewhere else now.
+    bool moves(const Record& record) const { return !is_nothing() && meets_any(fall_of(record), boxes_); }
+    /// Whether a key may lead to another record now.
+    bool moves(const RecordKey& alias, const Record& record) const {
+        if (is_nothing())
+            return false;
+        Bounds fall = fall_of(record);
+        const glm::vec3 start = lattice_.position(alias.index(), alias.level());
+        const float slack = slack_of(alias);
+        fall.low = (glm::min)(fall.low, start - slack);
+        fall.high = (glm::max)(fall.high, start + slack);
+        return meets_any(fall, boxes_);
+    }
+    /// Whether ways from a record to its neighbours may be open or closed now.
+    bool relinks(const Record& record) const {
+        if (is_nothing())
+            return false;
+        const glm::vec3 start = lattice_.position(record.key.index(), record.key.level());
+        return meets_any(
+            widened({start, start}, 1.1f * static_cast<float>(lattice_.step(record.key.level()))), boxes_);
+    }
+
+    /// Those of some lights of a tile of which a record sees the same as before.
+    std::uint64_t unchanged(const Record& record, std::size_t tile, std::uint64_t lights) const {
+        if (is_nothing())
+            return lights;
+        const Bounds from = eye_of(record);
+        if (rows_.is_mesh != 0 && (shows_beyond() || meets_any(from, boxes_)))
+            return 0;
+        for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            const Lamp& lamp = lamps_.lamp(tile * lamps_per_tile + l);
+            if (std::ranges::any_of(boxes_, [&](const Bounds& box) { return is_between(from, lamp, box); }))
+                lights &= ~(rest & (~rest + 1u));
+        }
+        return lights;
+    }
+
+private:
+    float slack_of(const RecordKey& key) const {
+        return 0.13f * static_cast<float>(lattice_.step(key.level()));
+    }
+
+    /// What a record's place depends on: the way that it fell, or found nothing on.
+    Bounds fall_of(const Record& record) const {
+        const RecordKey& key = record.key;
+        const Way way = key.way();
+        const auto step = static_cast<float>(lattice_.step(key.level()));
+        const bool in_air = !key.is_probe() && key.what() >= static_cast<std::uint32_t>(RecordKind::air);
+        const glm::vec3 start = key.is_probe() ? probe_start(lattice_, key.index(), way, key.level())
+                                               : lattice_.position(key.index(), key.level());
+        const float length = in_air                   ? 0.0f
+                             : record.is_on_surface() ? record.fall
+                                                      : (key.is_probe() ? 4.0f : 2.5f) * step;
+        const glm::vec3 end = start - length * way.up();
+        // A probe's rays start a quarter of a step to its sides.
+        const float aside = key.is_probe() ? 0.3f * step : 0.0f;
+        return widened({(glm::min)(start, end), (glm::max)(start, end)}, aside + slack_of(key));
+    }
+
+    /// From where a record sees the lights.
+    Bounds eye_of(const Record& record) const {
+        if (record.key.is_probe() && rows_.is_mesh == 0)
+            return fall_of(record);
+        const glm::vec3 place = column_of(lattice_, record, record.key.way(), false).place;
+        // A mesh's values depend on light points within its radius, on others of their bricks, and on links
+        // between them.
+        return widened({place, place}, rows_.is_mesh != 0 ? rows_.radius * (1.0f + 4.0f / rows_.quality)
+                                                          : slack_of(record.key));
+    }
+
+    /// Texels of a shadow map show what lies beyond a point, too, and to its sides.
+    bool shows_beyond() const {
+        const auto kind = static_cast<LongTest>(rows_.long_tests);
+        return rows_.is_mesh != 0 && (kind == LongTest::shadow_maps || kind == LongTest::refined_shadow_maps);
+    }
+
+    /// Rays to all of a lamp pass within its size of those to its centre.
+    static bool is_between(const Bounds& from, const Lamp& lamp, const Bounds& box) {
+        double size = lamp.extent();
+        if (lamp.shape().is_directional)
+            size *= farthest_between(from, box);
+        return crosses(from, lamp.shape(), widened(box, static_cast<float>(1.001 * size)));
+    }
+
+    const Lattice& lattice_;
+    const LampTable& lamps_;
+    RowSource rows_;
+    std::span<const Bounds> boxes_;
+};
+
+}  // namespace lightmesh::detail

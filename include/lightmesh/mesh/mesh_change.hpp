@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/bounds.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
+#include <lightmesh/mesh/mesh_data.hpp>
+#include <lightmesh/mesh/scene_change.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// How long tests of a light look at the scene: what a changed box can have to do with.
+struct LightSight {
+    double angle = 0.0;     ///< how far beside a segment something counts, at distance 1 from the light
+    double distance = 0.0;  ///< the same, wherever it is; world units
+    SegmentEnd end = SegmentEnd::at_point;
+    bool is_new = false;  ///< it looks in another way than before: nothing of it holds
+};
+
+/// What has been forgotten, by kinds.
+struct ForgottenCounts {
+    std::uint64_t visibilities = 0;
+    std::uint64_t links = 0;
+
+    ForgottenCounts& operator+=(const ForgottenCounts& other) {
+        visibilities += other.visibilities;
+        links += other.links;
+        return *this;
+    }
+};
+
+/// Forgets what a level of a mesh knows that may have to do with boxes in which the scene has changed. Whole
+/// regions are left out where no light shines through a box.
+class MeshChange {
+public:
+    /// A sight for each light. Throws std::bad_alloc.
+    MeshChange(const MeshData& data, std::span<const Bounds> boxes, std::span<const LightSight> sights)
+        : boxes_(boxes), of_region_(data.lights().tile_count()) {
+        lights_.reserve(sights.size());
+        for (std::size_t i = 0; i < sights.size(); ++i)
+            lights_.push_back({data.lights().shape(i), sights[i], {}});
+        for (LightInChange& light : lights_)
+            for (const Bounds& box : boxes)
+                light.boxes.push_back(widened(box, width_of(light, box)));
+    }
+
+    /// Throws nothing.
+    ForgottenCounts forget_in(MeshData& data) {
+        ForgottenCounts sum;
+        const float step = static_cast<float>(data.grid().step());
+        const float reach_of_links = 1.25f * step;
+        const float reach_of_floods = (FloodBox::radius(data.grid().quality()) + 1.0f) * step;
+        data.for_each_region([&](const Region& region) {
+            glm::ivec3 corner(0);
+            bool has_bricks = false;
+            data.for_each_brick(region, [&](const Brick& brick) {
+                corner = brick.position();
+                has_bricks = true;
+            });
+            if (!has_bricks)
+                return;
+            corner = {corner.x & ~(region_side - 1), corner.y & ~(region_side - 1),
+                      corner.z & ~(region_side - 1)};
+            const Bounds around{data.grid().position(grid_pos_of(corner, 0)),
+                                data.grid().position(grid_pos_of(corner + (region_side - 1), 63))};
+            const bool is_near = meets_any(widened(around, reach_of_floods), boxes_);
+            bool is_lit_through = false;
+            for (std::size_t t = 0; t < of_region_.size(); ++t) {
+                of_region_[t] = changed_lights(data, t, around, ~std::uint64_t{0});
+                is_lit_through |= of_region_[t] != 0;
+            }
+            if (!is_near && !is_lit_through)
+                return;
+            data.for_each_brick(region, [&](const Brick& brick) {
+                const Bounds box{data.grid().position(grid_pos_of(brick.position(), 0)),
+                                 data.grid().position(grid_pos_of(brick.position(), 63))};
+                if (is_near && meets_any(widened(box, reach_of_floods), boxes_)) {
+                    data.forget_floods(brick);
+                    if (meets_any(widened(box, reach_of_links), boxes_))
+                        sum.links += data.forget_links(brick);
+                }
+                for (std::size_t t = 0; t < of_region_.size(); ++t)
+                    if (const std::uint64_t lights = changed_lights(data, t, box, of_region_[t]); lights != 0)
+                        sum.visibilities += data.forget(brick, t, lights);
+            });
+        });
+        return sum;
+    }
+
+private:
+    struct LightInChange {
+        LightShape shape;
+        LightSight sight;
+        std::vector<Bounds> boxes;  ///< widened by what the light sees beside a segment
+    };
+
+    static float width_of(const LightInChange& light, const Bounds& box) {
+        double width = light.sight.distance;
+        if (!light.shape.is_directional && light.sight.angle != 0.0)
+            width += light.sight.angle * farthest_between({light.shape.at, light.shape.at}, box);
+        return static_cast<float>(1.001 * width);
+    }
+
+    /// Those of some lights of a tile that may look different now from somewhere in a box.
+    std::uint64_t changed_lights(const MeshData& data, std::size_t t, const Bounds& from,
+                                 std::uint64_t among) const {
+        std::uint64_t changed = 0;
+        const auto size = static_cast<std::size_t>(data.lights().tile_size(t));
+        if (size < lights_per_tile)
+            among &= (std::uint64_t{1} << size) - 1;
+        for (; among != 0; among &= among - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(among));
+            const LightInChange& light = lights_[data.lights().order().light_at(t * lights_per_tile + l)];
+            const bool is_changed =
+                light.sight.is_new || std::ranges::any_of(light.boxes, [&](const Bounds& box) {
+                    return crosses(from, light.shape, box, light.sight.end);
+                });
+            changed |= std::uint64_t{is_changed} << l;
+        }
+        return changed;
+    }
+
+    std::span<const Bounds> boxes_;
+    std::vector<LightInChange> lights_;
+    std::vector<std::uint64_t> of_region_;  ///< of each tile the lights that count in a region
+};
+
+}  // namespace lightmesh::detail

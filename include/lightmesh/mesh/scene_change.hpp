@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/bounds.hpp>
+#include <lightmesh/mesh/light_shape.hpp>
+#include <lightmesh/support/check.hpp>
+#include <lightmesh/support/vectors.hpp>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <string>
+
+/// What a box in which the scene has changed may have to do with.
+
+namespace lightmesh::detail {
+
+/// Throws std::invalid_argument that names the first box that is none: with a corner that is not finite, or
+/// whose lower corner is above the upper one.
+inline void check_changed(std::span<const Bounds> boxes) {
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const auto& [low, high] = boxes[i];
+        const std::string name = "changed box " + to_text(i);
+        require(is_finite(low), name + ": Bounds::low", low, "finite");
+        require(is_finite(high), name + ": Bounds::high", high, "finite");
+        require(low.x <= high.x && low.y <= high.y && low.z <= high.z, name + ": Bounds::low", low,
+                "at most Bounds::high");
+    }
+}
+
+/// Whether two boxes have a point in common.
+inline bool meets(const Bounds& a, const Bounds& b) {
+    return a.low.x <= b.high.x && a.low.y <= b.high.y && a.low.z <= b.high.z && a.high.x >= b.low.x &&
+           a.high.y >= b.low.y && a.high.z >= b.low.z;
+}
+inline bool meets_any(const Bounds& box, std::span<const Bounds> others) {
+    return std::ranges::any_of(others, [&](const Bounds& other) { return meets(box, other); });
+}
+
+/// A box that is wider to all sides.
+inline Bounds widened(const Bounds& box, float margin) {
+    return {box.low - margin, box.high + margin};
+}
+
+/// The greatest distance between points of two boxes.
+inline double farthest_between(const Bounds& a, const Bounds& b) {
+    return glm::length((glm::max)(glm::abs(glm::dvec3(b.high) - glm::dvec3(a.low)),
+                                  glm::abs(glm::dvec3(a.high) - glm::dvec3(b.low))));
+}
+
+/// How far a segment between a point and a light goes on.
+enum class SegmentEnd {
+    at_point,
+    beyond_point,  ///< on and on, away from the light
+};
+
+/// Whether any segment between a box and a light meets another box: exact, but for rounding to the safe side.
+inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& box,
+                    SegmentEnd end = SegmentEnd::at_point) {
+    // The points at share t of the way are the box `from`, shrunk to 1 - t and moved: all axes must overlap
+    // at the same t. A directional light is never reached: t goes on without end.
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    double first = end == SegmentEnd::beyond_point ? -infinity : 0.0;
+    double last = light.is_directional ? infinity : 1.0;
+    const auto keep_below = [&](double at_start, double slope, double limit) {
+        // at_start + slope * t <= limit
+        if (slope > 0.0)
+            last = (std::min)(last, (limit - at_start) / slope);
+        else if (slope < 0.0)
+            first = (std::max)(first, (limit - at_start) / slope);
+        else if (at_start > limit)
+            last = -infinity;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto low = static_cast<double>(from.low[axis]);
+        const auto high = static_cast<double>(from.high[axis]);
+        const auto at = static_cast<double>(light.at[axis]);
+        const double slack =
+            1e-6 * (std::abs(low) + std::abs(high) + std::abs(static_cast<double>(box.low[axis])) +
+                    std::abs(static_cast<double>(box.high[axis])));
+        keep_below(low, light.is_directional ? at : at - low, static_cast<double>(box.high[axis]) + slack);
+        keep_below(-high, light.is_directional ? -at : high - at, slack - static_cast<double>(box.low[axis]));
+    }
+    return first <= last + 1e-9 * std::abs(last) + 1e-12;
+}
+
+}  // namespace lightmesh::detail

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+#include "analytic.hpp"
+#include "hit_tracer.hpp"
+#include "plain.hpp"
+#include "random_scene.hpp"
+#include "snapshot_bytes.hpp"
+
+#include <lightmesh/lightmesh.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using lightmesh::Bounds;
+using lightmesh::CacheSettings;
+using lightmesh::VisibilityCache;
+using test::error_of;
+using test::HitTracer;
+using test::Random;
+using test::Vec;
+
+/// A floor and boxes that move about over it, and lights that come, move and go.
+class MovingWorld {
+public:
+    MovingWorld(std::uint64_t seed, int light_count) : random_(seed) {
+        for (int i = 0; i < 4; ++i)
+            boxes_.push_back(new_box());
+        build();
+        for (int i = 0; i < light_count; ++i)
+            lights_.push_back(new_light());
+    }
+
+    const std::vector<test::Triangle>& scene() const { return scene_; }
+    test::BoxScene boxes() const {
+        test::BoxScene scene;
+        scene.boxes.push_back({{-5.0f, -5.0f, -3.0f}, {5.0f, 5.0f, -3.0f}});
+        for (const Bounds& box : boxes_)
+            scene.boxes.push_back(box);
+        return scene;
+    }
+    std::span<const lightmesh::Light> lights() const { return lights_; }
+    Random& random() { return random_; }
+
+    /// Changes one thing, or several, and tells `subject`.
+    template <class Subject>
+    void move(Subject& subject) {
+        switch (random_.below(8)) {
+        case 0:
+        case 1: {
+            const std::size_t i = random_.below(lights_.size());
+            lights_[i] = new_light();
+            subject.set_light(i, lights_[i]);
+            is_free_[i] = false;
+            break;
+        }
+        case 2: {
+            const auto free = std::ranges::find(is_free_, true);
+            const std::size_t expected =
+                free == is_free_.end() ? lights_.size() : static_cast<std::size_t>(free - is_free_.begin());
+            if (expected == is_free_.size())
+                break;
+            const lightmesh::Light light = new_light();
+            CHECK(subject.add_light(light) == expected);
+            if (expected == lights_.size())
+                lights_.emplace_back();
+            lights_[expected] = light;
+            is_free_[expected] = false;
+            break;
+        }
+        case 3: {
+            const std::size_t i = random_.below(lights_.size());
+            if (is_free_[i])
+                break;
+            lights_[i] = lightmesh::PointLight{.range = 0.0f};
+            is_free_[i] = true;
+            subject.remove_light(i);
+            break;
+        }
+        default: {
+            std::vector<Bounds> changed;
+            const std::size_t count = 1 + random_.below(2);
+            for (std::size_t k = 0; k < count; ++k) {
+                Bounds& box = boxes_[random_.below(boxes_.size())];
+                changed.push_back(box);
+                if (random_.below(2) == 0) {
+                    box = new_box();
+                } else {
+                    const auto by = glm::vec3(random_.in_box({-0.4, -0.4, 0.0}, {0.4, 0.4, 0.2}));
+                    box = {box.low + by, box.high + by};
+                }
+                changed.push_back(box);
+            }
+            build();
+            subject.scene_changed(changed);
+        }
+        }
+    }
+
+    lightmesh::SurfacePoint point() {
+        const auto [position, normal] = test::surface_points(random_, scene_, 1)[0];
+        return {.position = position, .normal = normal};
+    }
+
+private:
+    Bounds new_box() {
+        const glm::vec3 low(random_.in_box({-4.0, -4.0, -3.0}, {3.0, 3.0, -2.0}));
+        return {low, low + glm::vec3(random_.in_box({0.3, 0.3, 0.5}, {1.5, 1.5, 4.0}))};
+    }
+    lightmesh::Light new_light() {
+        std::vector<lightmesh::Light> lights = test::random_lights(random_, 3);
+        lightmesh::Light& light = lights[random_.below(3)];
+        if (auto* lamp = std::get_if<lightmesh::PointLight>(&light))
+            lamp->radius = static_cast<float>(random_.below(2)) * 0.4f;
+        if (auto* sun = std::get_if<lightmesh::DirectionalLight>(&light))
+            sun->angular_radius = static_cast<float>(random_.below(2)) * 0.1f;
+        if (random_.below(4) == 0)
+            return lightmesh::RectLight{.position = glm::vec3(random_.in_box(Vec(-4.0), Vec(4.0)))};
+        return light;
+    }
+    void build() {
+        scene_.clear();
+        test::add_quad(scene_, {-5.0, -5.0, -3.0}, {10.0, 0.0, 0.0}, {0.0, 10.0, 0.0});
+        for (const Bounds& box : boxes_)
+            test::add_box(scene_, Vec(box.low), Vec(box.high));
+    }
+
+    Random random_;
+    std::vector<Bounds> boxes_;
+    std::vector<test::Triangle> scene_;
+    std::vector<lightmesh::Light> lights_;
+    std::vector<bool> is_free_ = std::vector<bool>(16, false);
+};
+
+template <class Subject>
+std::vector<float> ask(const Subject& subject, const lightmesh::SurfacePoint& point) {
+    std::vector<float> all(subject.light_count());
+    subject.visibility(point, all);
+    return all;
+}
+
+/// Moves, queries, and compares with something new: make(world) must know nothing yet.
+template <class Make>
+void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
+    MovingWorld world(seed, 9);
+    auto subject = make(world);
+    std::size_t differing = 0;
+    std::vector<lightmesh::SurfacePoint> points;
+    for (int i = 0; i < 6; ++i)
+        points.push_back(world.point());
+    for (int round = 0; round < rounds; ++round) {
+        world.move(subject);
+        points[world.random().below(points.size())] = world.point();
+        const auto fresh = make(world);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (world.random().below(2) == 0)
+                differing += ask(subject, points[i]) != ask(fresh, points[i]) ? 1u : 0u;
+    }
+    CHECK(differing == 0);
+}
+
+}  // namespace
+
+TEST_CASE("moving scenes: after any moves a cache of lamps says what a new one says") {
+    for (const std::uint64_t seed : {1u, 2u, 3u})
+        compare_with_new(seed, 60, [](const MovingWorld& world) {
+            return VisibilityCache{HitTracer{&world.scene()}, world.lights(),
+                                   CacheSettings{.spacing = 0.4f, .detail = 2, .lamp_rays = 16}};
+        });
+    compare_with_new(4, 20, [](const MovingWorld& world) {
+        return VisibilityCache{test::PlainTracer{&world.scene()}, world.lights(),
+                               CacheSettings{.spacing = 0.5f, .detail = 1, .lamp_rays = 16}};
+    });
+}
+
+namespace {
+
+/// Reads the world's triangles, or takes pictures of its boxes, as they are when it is asked.
+struct WorldTriangles {
+    const MovingWorld* world;
+    std::size_t triangle_count() const { return world->scene().size(); }
+    std::array<glm::vec3, 3> triangle(std::size_t i) const {
+        const test::Triangle& t = world->scene()[i];
+        return {glm::vec3(t.a), glm::vec3(t.b), glm::vec3(t.c)};
+    }
+};
+struct WorldPictures {
+    const MovingWorld* world;
+    void render_depth(const lightmesh::DepthView& view, std::span<float> distances) const {
+        const test::BoxScene boxes = world->boxes();
+        test::BoxRenderer{&boxes}.render_depth(view, distances);
+    }
+    Bounds bounds() const {
+        Bounds all{{-5.0f, -5.0f, -3.0f}, {5.0f, 5.0f, -2.0f}};
+        for (const lightmesh::Bounds& box : world->boxes().boxes)
+            all = {glm::min(all.low, box.low), glm::max(all.high, box.high)};
+        return all;
+    }
+};
+
+lightmesh::Settings mesh_settings(std::uint64_t seed) {
+    constexpr std::array short_tests{lightmesh::ShortTest::linked, lightmesh::ShortTest::none,
+                                     lightmesh::ShortTest::exact};
+    lightmesh::Settings settings;
+    settings.radius = 0.9f;
+    settings.quality = 3.0f;
+    settings.short_test = short_tests[seed % 3];
+    settings.adaptive_long_tests = seed % 2 == 0;
+    settings.shadow_map_size = 32;
+    return settings;
+}
+
+}  // namespace
+
+TEST_CASE("moving scenes: after any moves a mesh with rays says what a new one says") {
+    for (std::uint64_t seed = 0; seed < 6; ++seed)
+        compare_with_new(seed, 40, [seed](const MovingWorld& world) {
+            return lightmesh::LightMesh{test::PlainTracer{&world.scene()}, world.lights(),
+                                        mesh_settings(seed)};
+        });
+}
+
+TEST_CASE("moving scenes: after any moves a mesh with shadow volumes says what a new one says") {
+    for (std::uint64_t seed = 10; seed < 13; ++seed)
+        compare_with_new(seed, 30, [seed](const MovingWorld& world) {
+            return lightmesh::LightMesh{test::PlainTracer{&world.scene()}, WorldTriangles{&world},
+                                        world.lights(), mesh_settings(seed)};
+        });
+}
+
+TEST_CASE("moving scenes: after any moves a mesh with shadow maps says what a new one says") {
+    for (std::uint64_t seed = 20; seed < 24; ++seed)
+        compare_with_new(seed, 30, [seed](const MovingWorld& world) {
+            lightmesh::Settings settings = mesh_settings(seed);
+            settings.refine_shadow_maps = seed % 4 == 3;
+            return lightmesh::LightMesh{test::PlainTracer{&world.scene()}, WorldPictures{&world},
+                                        world.lights(), settings};
+        });
+}
+
+TEST_CASE("moving scenes: after any moves a cache of a mesh's blur says what a new one says") {
+    for (std::uint64_t seed = 30; seed < 32; ++seed)
+        compare_with_new(seed, 30, [seed](const MovingWorld& world) {
+            return VisibilityCache{
+                lightmesh::LightMesh{HitTracer{&world.scene()}, world.lights(), mesh_settings(seed)},
+                CacheSettings{.spacing = 0.5f, .detail = 1}};
+        });
+}
