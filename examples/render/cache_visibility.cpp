@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "render/follow_scene.hpp"
 #include "render/lamps.hpp"
 #include "render/visibility.hpp"
 
@@ -47,14 +48,13 @@ void require_same_sizes(std::span<const std::byte> known, std::span<const lightm
                                  "; give --light-size, or -r, as it was");
 }
 
-/// Makes a cache of the scene as it is.
-template <class Cache>
-using MakeCache = std::function<Cache(const EmbreeScene& scene)>;
+/// The lights of a scene as a cache takes them.
+using LightsOf = std::function<std::vector<lightmesh::Light>(const EmbreeScene& scene)>;
 
 template <class Cache>
 class CacheVisibility final : public Visibility {
 public:
-    CacheVisibility(Cache cache, MakeCache<Cache> make) : cache_(std::move(cache)), make_(std::move(make)) {}
+    CacheVisibility(Cache cache, LightsOf lights) : cache_(std::move(cache)), lights_(std::move(lights)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -63,8 +63,7 @@ public:
     }
 
     void update(const EmbreeScene& scene, const SceneChange& change) override {
-        if (change.changes_shadows())
-            cache_ = make_(scene);
+        follow_scene(cache_, lights_(scene), change);
     }
 
     std::optional<lightmesh::CacheStatistics> cache() const override { return cache_.statistics(); }
@@ -72,32 +71,32 @@ public:
 
 private:
     Cache cache_;
-    MakeCache<Cache> make_;
+    LightsOf lights_;
 };
 
 }  // namespace
 
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
     using Cache = lightmesh::VisibilityCache<EmbreeIntersector>;
-    const auto make = [options](const EmbreeScene& now) {
-        return Cache(now.intersector(), lamps_of(now, options), cache_settings_of(options));
-    };
-    Cache cache = make(scene);
+    const std::vector<lightmesh::Light> lamps = lamps_of(scene, options);
+    Cache cache(scene.intersector(), lamps, cache_settings_of(options));
     if (!options.known.empty()) {
-        require_same_sizes(options.known, lamps_of(scene, options));
+        require_same_sizes(options.known, lamps);
         cache.merge(options.known);
     }
-    return std::make_unique<CacheVisibility<Cache>>(std::move(cache), make);
+    VisibilityOptions for_lamps;
+    for_lamps.settings = options.settings;
+    for_lamps.light_size = options.light_size;
+    return std::make_unique<CacheVisibility<Cache>>(
+        std::move(cache), [for_lamps](const EmbreeScene& now) { return lamps_of(now, for_lamps); });
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
-    const auto make = [options](const EmbreeScene& now) {
-        return lightmesh::VisibilityCache{
-            lightmesh::LightMesh{now.intersector(), shapes_of_lights(now.scene()), options.settings},
-            cache_settings_of(options)};
-    };
-    auto cache = make(scene);
-    return std::make_unique<CacheVisibility<decltype(cache)>>(std::move(cache), make);
+    lightmesh::VisibilityCache cache{
+        lightmesh::LightMesh{scene.intersector(), shapes_of_lights(scene.scene()), options.settings},
+        cache_settings_of(options)};
+    return std::make_unique<CacheVisibility<decltype(cache)>>(
+        std::move(cache), [](const EmbreeScene& now) { return shapes_of_lights(now.scene()); });
 }
 
 }  // namespace demo

@@ -128,7 +128,7 @@ FilmTraits traits_of(const FilmOptions& options, const VisibilityOptions& visibi
     };
     char scene_sum[24];
     std::snprintf(scene_sum, sizeof scene_sum, "%016llx",
-                  static_cast<unsigned long long>(shadow_fingerprint(scene)));
+                  static_cast<unsigned long long>(look_fingerprint(scene)));
     std::string moves;
     for (const auto& [name, does] : {std::pair("objects", film.moving().objects),
                                      {"lights", film.moving().lights},
@@ -137,6 +137,7 @@ FilmTraits traits_of(const FilmOptions& options, const VisibilityOptions& visibi
     const bool by_maps = options.algorithm.starts_with("shadow-map") || options.algorithm.ends_with("+map");
     return {{"scene", scene.name + " " + scene_sum},
             {"animation", options.import.animation.empty() ? "the first" : options.import.animation},
+            {"length", exactly(film.length())},
             {"moving", moves.empty() ? "nothing" : moves},
             {"from", exactly(schedule.from)},
             {"seconds between frames", exactly(schedule.step)},

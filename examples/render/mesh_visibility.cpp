@@ -2,6 +2,7 @@
 #include "adapters/embree_depth_renderer.hpp"
 #include "adapters/vulkan_depth_renderer.hpp"
 #include "render/depth_renderers.hpp"
+#include "render/follow_scene.hpp"
 #include "render/scene_occluders.hpp"
 #include "render/visibility.hpp"
 
@@ -19,14 +20,20 @@ namespace demo {
 
 namespace {
 
-/// Makes a mesh of the scene as it is.
+/// How a mesh comes to be, and what it cannot be told.
 template <class Mesh>
-using MakeMesh = std::function<Mesh(const EmbreeScene& scene)>;
+struct MeshSource {
+    std::function<Mesh(const EmbreeScene& scene)> make;  ///< of the scene as it is
+    /// Brings what finds the mesh's long tests to where the triangles are; false if it cannot.
+    std::function<bool()> follow = [] {
+        return true;
+    };
+};
 
 template <class Mesh>
 class MeshVisibility final : public Visibility {
 public:
-    MeshVisibility(Mesh mesh, MakeMesh<Mesh> make) : mesh_(std::move(mesh)), make_(std::move(make)) {}
+    MeshVisibility(Mesh mesh, MeshSource<Mesh> source) : mesh_(std::move(mesh)), source_(std::move(source)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -38,8 +45,10 @@ public:
     }
 
     void update(const EmbreeScene& scene, const SceneChange& change) override {
-        if (change.changes_shadows())
-            mesh_ = make_(scene);
+        if (change.changes_triangles() && !source_.follow())
+            mesh_ = source_.make(scene);
+        else
+            follow_scene(mesh_, shapes_of_lights(scene.scene()), change);
     }
 
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
@@ -47,15 +56,42 @@ public:
 
 private:
     Mesh mesh_;
-    MakeMesh<Mesh> make_;
+    MeshSource<Mesh> source_;
 };
 
-/// `make` makes the mesh from the scene, now and whenever that is needed again.
-template <class Make>
-std::unique_ptr<MeshVisibility<std::invoke_result_t<Make, const EmbreeScene&>>>
-visibility_by(const EmbreeScene& scene, Make make) {
-    auto mesh = make(scene);
-    return std::make_unique<MeshVisibility<decltype(mesh)>>(std::move(mesh), std::move(make));
+/// By shadow maps of renderers that are made by `make_depth_renderer`; `first` is one.
+template <class Renderer>
+std::unique_ptr<Visibility> mesh_by_maps(Renderer first, const EmbreeScene& scene,
+                                         const VisibilityOptions& options,
+                                         const lightmesh::Settings& settings) {
+    using Mesh = lightmesh::LightMesh<EmbreeIntersector, Renderer>;
+    const auto make = [by = options.depth, device = options.device, settings](const EmbreeScene& now) {
+        VisibilityOptions again;
+        again.depth = by;
+        again.device = device;
+        return Mesh{now.intersector(), make_depth_renderer<Renderer>(now, again),
+                    shapes_of_lights(now.scene()), settings};
+    };
+    // Embree's scene is shared, while Vulkan has a copy of the triangles.
+    const auto follow = [] {
+        return std::is_same_v<Renderer, EmbreeDepthRenderer>;
+    };
+    return std::make_unique<MeshVisibility<Mesh>>(
+        Mesh{scene.intersector(), std::move(first), shapes_of_lights(scene.scene()), settings},
+        MeshSource<Mesh>{make, follow});
+}
+
+std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const lightmesh::Settings& settings) {
+    using Mesh = lightmesh::LightMesh<EmbreeIntersector, SceneOccluders>;
+    SceneOccluders occluders(scene.scene());
+    const auto make = [occluders, settings](const EmbreeScene& now) {
+        return Mesh{now.intersector(), occluders, shapes_of_lights(now.scene()), settings};
+    };
+    const auto follow = [occluders]() mutable {
+        occluders.update();
+        return true;
+    };
+    return std::make_unique<MeshVisibility<Mesh>>(make(scene), MeshSource<Mesh>{make, follow});
 }
 
 }  // namespace
@@ -69,31 +105,22 @@ std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const Visi
     switch (long_test) {
     case lightmesh::LongTest::shadow_maps:
     case lightmesh::LongTest::refined_shadow_maps:
-        return with_depth_renderer(scene, options, [&](auto first) -> std::unique_ptr<Visibility> {
-            using Renderer = decltype(first);
-            const auto make = [options, settings](const EmbreeScene& now) {
-                return lightmesh::LightMesh{now.intersector(), make_depth_renderer<Renderer>(now, options),
-                                            shapes_of_lights(now.scene()), settings};
-            };
-            using Mesh = decltype(make(scene));
-            return std::make_unique<MeshVisibility<Mesh>>(
-                Mesh{scene.intersector(), std::move(first), shapes_of_lights(scene.scene()), settings}, make);
+        return with_depth_renderer(scene, options, [&](auto renderer) {
+            return mesh_by_maps(std::move(renderer), scene, options, settings);
         });
     case lightmesh::LongTest::shadow_volumes:
-        return visibility_by(scene, [settings](const EmbreeScene& now) {
-            return lightmesh::LightMesh{now.intersector(), SceneOccluders(now.scene()),
-                                        shapes_of_lights(now.scene()), settings};
-        });
+        return mesh_by_volumes(scene, settings);
     case lightmesh::LongTest::rays:
         break;
     }
+    using Mesh = lightmesh::LightMesh<EmbreeIntersector>;
     const auto make = [settings](const EmbreeScene& now) {
-        return lightmesh::LightMesh{now.intersector(), shapes_of_lights(now.scene()), settings};
+        return Mesh{now.intersector(), shapes_of_lights(now.scene()), settings};
     };
-    auto mesh = make(scene);
+    Mesh mesh = make(scene);
     if (!options.known.empty())
         mesh.merge(options.known);
-    return std::make_unique<MeshVisibility<decltype(mesh)>>(std::move(mesh), make);
+    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh), MeshSource<Mesh>{make});
 }
 
 }  // namespace demo
