@@ -18,6 +18,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -256,4 +257,262 @@ TEST_CASE("moving scenes: after any moves a cache of a mesh's blur says what a n
                 lightmesh::LightMesh{HitTracer{&world.scene()}, world.lights(), mesh_settings(seed)},
                 CacheSettings{.spacing = 0.5f, .detail = 1}};
         });
+}
+
+namespace {
+
+/// Some boxes, lights, and points to fill a mesh or cache at.
+struct StillWorld {
+    std::vector<test::Triangle> scene;
+    std::vector<lightmesh::Light> lights;
+    std::vector<lightmesh::SurfacePoint> points;
+
+    explicit StillWorld(int light_count, int point_count = 60) {
+        Random random(5);
+        scene = test::boxes_on_floor(random, 4);
+        for (int i = 0; i < light_count; ++i)
+            lights.push_back(lightmesh::PointLight{
+                .position = glm::vec3(random.in_box({-4.0, -4.0, 1.0}, {4.0, 4.0, 4.5})), .radius = 0.4f});
+        for (const auto& [position, normal] : test::surface_points(random, scene, point_count))
+            points.push_back({.position = position, .normal = normal});
+    }
+
+    auto mesh(bool adaptive = true) const {
+        lightmesh::Settings settings{.radius = 0.9f, .quality = 3.0f};
+        settings.adaptive_long_tests = adaptive;
+        return lightmesh::LightMesh{test::PlainTracer{&scene}, lights, settings};
+    }
+    auto cache() const {
+        return VisibilityCache{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.4f, .detail = 2}};
+    }
+};
+
+constexpr lightmesh::PointLight elsewhere{.position{1.5f, -2.5f, 3.0f}, .radius = 0.2f};
+
+}  // namespace
+
+TEST_CASE("moving scenes: a light that moves costs its own rays, and no others") {
+    for (const bool adaptive : {false, true}) {
+        StillWorld world(20);
+        auto mesh = world.mesh(adaptive);
+        mesh.fill(world.points);
+        const auto before = mesh.statistics();
+        mesh.set_light(11, elsewhere);
+        CHECK(mesh.statistics().forgotten_visibilities > 0);
+        CHECK(mesh.statistics().forgotten_links == 0);
+        mesh.fill(world.points);
+        const auto after = mesh.statistics();
+        world.lights = {elsewhere};
+        const auto alone = world.mesh(adaptive);
+        alone.fill(world.points);
+        CHECK(after.link_rays == before.link_rays);
+        // Of 20 lights; some need more of space than others.
+        CHECK(after.long_rays - before.long_rays >= alone.statistics().long_rays);
+        CHECK(after.long_rays - before.long_rays < before.long_rays / 20 * 3 / 2);
+    }
+    StillWorld world(20);
+    auto cache = world.cache();
+    cache.fill(world.points);
+    const auto before = cache.statistics();
+    cache.set_light(11, elsewhere);
+    CHECK(cache.statistics().forgotten_values > 0);
+    CHECK(cache.statistics().forgotten_records == 0);
+    cache.fill(world.points);
+    const auto after = cache.statistics();
+    world.lights = {elsewhere};
+    const auto alone = world.cache();
+    alone.fill(world.points);
+    CHECK(after.lamp_rays - before.lamp_rays == alone.statistics().lamp_rays);
+}
+
+TEST_CASE("moving scenes: what a box has nothing to do with is kept") {
+    const StillWorld world(20);
+    auto mesh = world.mesh();
+    auto cache = world.cache();
+    mesh.fill(world.points);
+    cache.fill(world.points);
+    const auto mesh_before = mesh.statistics();
+    const auto cache_before = cache.statistics();
+    // Under the floor, and so small that few lights shine through it from anywhere.
+    const Bounds nowhere{{-4.9f, -4.9f, -9.0f}, {-4.8f, -4.8f, -8.9f}};
+    mesh.scene_changed(nowhere);
+    cache.scene_changed(nowhere);
+    CHECK(mesh.statistics().forgotten_visibilities == 0);
+    CHECK(cache.statistics().forgotten_values == 0);
+    CHECK(cache.statistics().forgotten_records == 0);
+    const Bounds small{{0.0f, 0.0f, -1.0f}, {0.1f, 0.1f, -0.9f}};
+    mesh.scene_changed(small);
+    cache.scene_changed(small);
+    mesh.fill(world.points);
+    cache.fill(world.points);
+    CHECK(mesh.statistics().long_rays < mesh_before.long_rays * 3 / 2);
+    CHECK(cache.statistics().lamp_rays < cache_before.lamp_rays * 3 / 2);
+    CHECK(mesh.statistics().forgotten_visibilities > 0);
+    CHECK(cache.statistics().forgotten_values > 0);
+}
+
+TEST_CASE("moving scenes: memory is used again, and compact gives back the rest") {
+    const StillWorld world(20);
+    auto mesh = world.mesh();
+    auto cache = world.cache();
+    const auto there_and_back = [&](auto& subject) {
+        for (const bool is_back : {false, true}) {
+            subject.set_light(11, is_back ? world.lights[11] : lightmesh::Light(elsewhere));
+            subject.scene_changed(Bounds{{-1.0f, -1.0f, -3.0f}, {1.0f, 1.0f, -1.0f}});
+            subject.fill(world.points);
+        }
+    };
+    mesh.fill(world.points);
+    cache.fill(world.points);
+    for (int i = 0; i < 3; ++i) {
+        there_and_back(mesh);
+        there_and_back(cache);
+    }
+    const std::size_t mesh_bytes = mesh.statistics().bytes;
+    const std::size_t cache_bytes = cache.statistics().bytes;
+    for (int i = 0; i < 20; ++i) {
+        there_and_back(mesh);
+        there_and_back(cache);
+    }
+    CHECK(mesh.statistics().bytes <= mesh_bytes + mesh_bytes / 50);
+    CHECK(cache.statistics().bytes == cache_bytes);
+
+    mesh.compact();
+    cache.compact();
+    CHECK(mesh.statistics().bytes < mesh_bytes);
+    CHECK(cache.statistics().bytes <= cache_bytes);
+    const auto rays = mesh.statistics().long_rays;
+    const auto lamp_rays = cache.statistics().lamp_rays;
+    mesh.fill(world.points);
+    cache.fill(world.points);
+    CHECK(mesh.statistics().long_rays == rays);
+    CHECK(cache.statistics().lamp_rays == lamp_rays);
+}
+
+TEST_CASE("moving scenes: what has moved and come back has the same snapshot as what never did") {
+    StillWorld world(20);
+    // With ranges lights have an order of their own, in which each of them has its place.
+    for (std::size_t i = 0; i < world.lights.size(); i += 2)
+        std::get<lightmesh::PointLight>(world.lights[i]).range = 7.0f;
+    // Of adaptive long tests, what a fill asks for depends on what is uniform already.
+    auto mesh = world.mesh(false);
+    auto cache = world.cache();
+    mesh.fill(world.points);
+    cache.fill(world.points);
+    const auto mesh_bytes = mesh.snapshot();
+    const auto cache_bytes = cache.snapshot();
+    mesh.set_light(4, elsewhere);
+    mesh.set_light(4, world.lights[4]);
+    mesh.fill(world.points);
+    CHECK(mesh.snapshot() == mesh_bytes);
+    mesh.set_light(4, elsewhere);
+    cache.set_light(4, elsewhere);
+    mesh.fill(world.points);
+    cache.fill(world.points);
+    const auto moved = mesh.snapshot();
+    mesh.set_light(4, world.lights[4]);
+    cache.set_light(4, world.lights[4]);
+    mesh.fill(world.points);
+    cache.fill(world.points);
+    CHECK(cache.snapshot() == cache_bytes);
+    auto back = world.mesh(false);
+    back.merge(mesh.snapshot());
+    back.fill(world.points);
+    CHECK(back.statistics().long_rays == 0);
+
+    // A reader knows the lights as they are now.
+    world.lights[4] = elsewhere;
+    auto restored = world.mesh(false);
+    restored.merge(moved);
+    restored.fill(world.points);
+    const auto fresh = world.mesh(false);
+    fresh.fill(world.points);
+    // Groups of eight lights are others now: what was known of some only is found again.
+    CHECK(restored.statistics().long_rays < fresh.statistics().long_rays / 3);
+    for (const lightmesh::SurfacePoint& point : world.points)
+        CHECK(ask(restored, point) == ask(fresh, point));
+}
+
+TEST_CASE("moving scenes: what is wrong is named, and nothing has changed then") {
+    const StillWorld world(3, 10);
+    auto mesh = world.mesh();
+    auto cache = world.cache();
+    const auto check = [&](auto& subject) {
+        std::vector<std::vector<float>> before;
+        for (const lightmesh::SurfacePoint& point : world.points)
+            before.push_back(ask(subject, point));
+        constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+        const auto contains = [](const std::string& text, const std::string& part) {
+            return text.find(part) != std::string::npos;
+        };
+        CHECK(contains(error_of([&] {
+                           subject.set_light(1, lightmesh::PointLight{.position = {0, nan, 0}});
+                       }),
+                       "light 1: PointLight::position is (0, nan, 0)"));
+        CHECK(contains(error_of([&] { subject.add_light(lightmesh::PointLight{.range = -1.0f}); }),
+                       "light 3: PointLight::range is -1"));
+        CHECK_THROWS_AS(subject.set_light(3, elsewhere), std::out_of_range);
+        CHECK_THROWS_AS(subject.remove_light(3), std::out_of_range);
+        CHECK(contains(error_of([&] {
+                           subject.scene_changed(Bounds{{0, 0, 0}, {1, nan, 1}});
+                       }),
+                       "changed box 0: Bounds::high is (1, nan, 1)"));
+        CHECK(contains(error_of([&] {
+                           subject.scene_changed(Bounds{{2, 0, 0}, {1, 1, 1}});
+                       }),
+                       "changed box 0: Bounds::low is (2, 0, 0)"));
+        CHECK(contains(error_of([&] {
+                           subject.merge({}, std::array{Bounds{{2, 0, 0}, {1, 1, 1}}});
+                       }),
+                       "lightmesh"));
+        for (std::size_t i = 0; i < before.size(); ++i)
+            CHECK(ask(subject, world.points[i]) == before[i]);
+        subject.remove_light(1);
+        CHECK_THROWS_AS(subject.remove_light(1), std::out_of_range);
+        for (const lightmesh::SurfacePoint& point : world.points)
+            CHECK(ask(subject, point)[1] == 0.0f);
+        CHECK(subject.add_light(world.lights[1]) == 1);
+        for (std::size_t i = 0; i < before.size(); ++i)
+            CHECK(ask(subject, world.points[i]) == before[i]);
+    };
+    check(mesh);
+    check(cache);
+}
+
+TEST_CASE("moving scenes: updates between phases of many threads") {
+    StillWorld world(12, 40);
+    auto mesh = world.mesh();
+    auto cache = world.cache();
+    const auto fill_by_all = [&](auto& subject) {
+        std::vector<std::jthread> threads;
+        for (std::size_t t = 0; t < 4; ++t)
+            threads.emplace_back([&, t] {
+                for (std::size_t i = 0; i < world.points.size(); ++i)
+                    (void)ask(subject, world.points[(i + 10 * t) % world.points.size()]);
+            });
+    };
+    Random random(9);
+    for (int round = 0; round < 4; ++round) {
+        fill_by_all(mesh);
+        fill_by_all(cache);
+        const std::size_t i = random.below(world.lights.size());
+        world.lights[i] = lightmesh::PointLight{
+            .position = glm::vec3(random.in_box({-4.0, -4.0, 1.0}, {4.0, 4.0, 4.5})), .radius = 0.4f};
+        mesh.set_light(i, world.lights[i]);
+        cache.set_light(i, world.lights[i]);
+        const glm::vec3 at(random.in_box(Vec(-4.0), Vec(3.0)));
+        world.scene.pop_back();
+        const Bounds everywhere{glm::vec3(-6.0f), glm::vec3(6.0f)};
+        mesh.scene_changed(everywhere);
+        cache.scene_changed(Bounds{at, at + 1.0f});
+        cache.scene_changed(everywhere);
+    }
+    fill_by_all(mesh);
+    fill_by_all(cache);
+    const auto new_mesh = world.mesh();
+    const auto new_cache = world.cache();
+    for (const lightmesh::SurfacePoint& point : world.points) {
+        CHECK(ask(mesh, point) == ask(new_mesh, point));
+        CHECK(ask(cache, point) == ask(new_cache, point));
+    }
 }

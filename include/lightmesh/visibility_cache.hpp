@@ -214,6 +214,15 @@ public:
     /// As above.
     void scene_changed(const Bounds& box) { scene_changed({&box, 1}); }
 
+    /// Copies all that the cache knows to memory without gaps, and gives back what updates have left behind:
+    /// both are there for a moment. Of blur rows also what the mesh knows. An exclusive call. Throws
+    /// std::bad_alloc; nothing is lost then.
+    void compact() {
+        if constexpr (!std::same_as<Rows, LampRows>)
+            store_->rows().mesh.compact();
+        store_->compact();
+    }
+
     /// What the cache holds by now, without its mesh.
     CacheStatistics statistics() const { return store_->statistics(); }
 

@@ -30,6 +30,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -73,15 +74,15 @@ public:
     const LampTable& lamps() const { return lamps_; }
 
     /// All records so far.
-    RecordTable& table() const { return table_; }
+    RecordTable& table() const { return *table_; }
     /// Whether nothing more is to be kept.
     bool is_full() const {
         return settings_.memory_budget != (std::numeric_limits<std::size_t>::max)() &&
-               table_.bytes() - table_.free_bytes() >= settings_.memory_budget;
+               table_->bytes() - table_->free_bytes() >= settings_.memory_budget;
     }
     /// Keeps the values of some lights of a tile for a record of this cache.
     void keep_row(Record& record, std::size_t tile, std::uint64_t lights, const TileValues& values) const {
-        RowList list(table_.pool(), record.rows);
+        RowList list(table_->pool(), record.rows);
         octets_.fetch_add(list.make_room(tile, octets_of(lights)), std::memory_order_relaxed);
         list.publish(tile, lights, values);
     }
@@ -92,7 +93,7 @@ public:
         // at different heights, share it.
         for (;;) {
             const RecordKey key(index, RecordKind::fallen, way, level);
-            if (const Record* known = table_.find(key))
+            if (const Record* known = table_->find(key))
                 return stand(*known, way, true);
             spare.key = key;
             const int down = make(spare, index, way, level);
@@ -103,7 +104,7 @@ public:
                 continue;
             const Column below = column(index, way, level, spare);
             if (below.links != nullptr)
-                table_.add_alias(key, *below.record);
+                table_->add_alias(key, *below.record);
             return below;
         }
     }
@@ -111,7 +112,7 @@ public:
     /// A record in the air, at a lattice point.
     Column air(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         const RecordKey key(index, RecordKind::air, way, level);
-        if (const Record* known = table_.find(key))
+        if (const Record* known = table_->find(key))
             return stand(*known, way, true);
         reset(spare, key);
         return keep(spare, way);
@@ -122,7 +123,7 @@ public:
     /// below the cell's middle; of lamp rows it stands for places all over the cell.
     Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         const RecordKey key(index, RecordKind::probe, way, level);
-        if (const Record* known = table_.find(key))
+        if (const Record* known = table_->find(key))
             return stand(*known, way, true);
         reset(spare, key);
         if constexpr (has_mesh) {
@@ -161,7 +162,7 @@ public:
         const bool is_kept = column.links != nullptr;
         RowBytes row;
         if (is_kept)
-            row = RowList(table_.pool(), const_cast<Record*>(column.record)->rows).gather(tile).bytes();
+            row = RowList(table_->pool(), const_cast<Record*>(column.record)->rows).gather(tile).bytes();
         wanted &= ~row.known;
         if (wanted == 0)
             return row;
@@ -170,7 +171,7 @@ public:
         if (is_kept && !is_full()) {
             Record& record = const_cast<Record&>(*column.record);
             keep_row(record, tile, wanted, values);
-            return RowList(table_.pool(), record.rows).gather(tile).bytes();
+            return RowList(table_->pool(), record.rows).gather(tile).bytes();
         }
         for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
@@ -252,10 +253,10 @@ public:
 
     /// Forgets all that may have to do with a change of the scene.
     void forget(const CacheChange& change) {
-        forgotten_records_ += table_.forget(
+        forgotten_records_ += table_->forget(
             [&](const RecordKey& key, const Record& record) { return change.moves(key, record); },
             [&](Record& record) {
-                RowList rows(table_.pool(), record.rows);
+                RowList rows(table_->pool(), record.rows);
                 if (change.moves(record)) {
                     rows.for_each([&](std::size_t, std::uint64_t known) {
                         forgotten_values_ += static_cast<std::uint64_t>(std::popcount(known));
@@ -273,10 +274,35 @@ public:
             });
     }
 
+    /// Copies all records to memory without gaps. Throws std::bad_alloc; nothing has changed then.
+    void compact() {
+        auto copy = std::make_unique<RecordTable>();
+        std::size_t octets = 0;
+        table_->for_each_record([&](const Record& record) {
+            Record& own = *copy->add(record);
+            own.links.store(record.links.load(std::memory_order_relaxed), std::memory_order_relaxed);
+            const RowList from(table_->pool(), const_cast<Record&>(record).rows);
+            RowList to(copy->pool(), own.rows);
+            from.for_each([&](std::size_t tile, std::uint64_t known) {
+                TileValues values{};
+                const RowBytes row = from.gather(tile).bytes();
+                for (std::size_t l = 0; l < lamps_per_tile; ++l)
+                    values[l] = static_cast<std::uint8_t>(row.octets[l / 8] >> l % 8 * 8);
+                octets += to.make_room(tile, octets_of(known));
+                to.publish(tile, known, values);
+            });
+        });
+        table_->for_each_alias([&](const RecordKey& key, const Record& record) {
+            copy->add_alias(key, *copy->find(record.key));
+        });
+        table_ = std::move(copy);
+        octets_.store(octets, std::memory_order_relaxed);
+    }
+
     CacheStatistics statistics() const {
         CacheStatistics sum;
         for (std::size_t level = 0; level < sum.records_of_level.size(); ++level) {
-            sum.records_of_level[level] = table_.records_of_level(level);
+            sum.records_of_level[level] = table_->records_of_level(level);
             sum.records += sum.records_of_level[level];
         }
         sum.rows = octets_.load(std::memory_order_relaxed);
@@ -285,7 +311,7 @@ public:
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
         sum.forgotten_records = forgotten_records_;
         sum.forgotten_values = forgotten_values_;
-        sum.bytes = table_.bytes() + lamps_.bytes() + user_lights_.capacity() * sizeof(Light) + sizeof *this;
+        sum.bytes = table_->bytes() + lamps_.bytes() + user_lights_.capacity() * sizeof(Light) + sizeof *this;
         return sum;
     }
 
@@ -307,8 +333,8 @@ private:
         if (record_of(light) == record_of(before))
             return;
         const std::size_t tile = i / lamps_per_tile;
-        table_.for_each_record([&](const Record& record) {
-            forgotten_values_ += RowList(table_.pool(), const_cast<Record&>(record).rows)
+        table_->for_each_record([&](const Record& record) {
+            forgotten_values_ += RowList(table_->pool(), const_cast<Record&>(record).rows)
                                      .forget(tile, std::uint64_t{1} << i % lamps_per_tile);
         });
     }
@@ -345,7 +371,7 @@ private:
     }
 
     Column keep(const Record& made, const Way& way) const {
-        return is_full() ? stand(made, way, false) : stand(*table_.add(made), way, true);
+        return is_full() ? stand(made, way, false) : stand(*table_->add(made), way, true);
     }
 
     Column stand(const Record& record, const Way& way, bool is_kept) const {
@@ -425,7 +451,7 @@ private:
     std::vector<Light> user_lights_;
     FreeSlots free_;  ///< of blur rows the mesh's own count
     LampTable lamps_;
-    mutable RecordTable table_;
+    std::unique_ptr<RecordTable> table_ = std::make_unique<RecordTable>();
     mutable std::atomic<std::uint64_t> lamp_rays_{0};
     mutable std::atomic<std::uint64_t> place_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};

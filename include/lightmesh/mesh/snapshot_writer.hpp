@@ -53,7 +53,10 @@ public:
     void run() {
         std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
         for (std::uint64_t i = 0; i < mesh_.region_table.size; ++i)
-            if (const std::uint32_t region = load_acquire(mesh_.region_table.slots[i]); region != 0)
+            if (const std::uint32_t region = load_acquire(mesh_.region_table.slots[i]);
+                region != 0 && std::ranges::any_of(mesh_.regions[region - 1].bricks, [&](const auto& brick) {
+                    return knows_anything(load_acquire(brick));
+                }))
                 order.emplace_back(mesh_.regions[region - 1].key, region - 1);
         std::ranges::sort(order);
         const std::size_t slot_count = std::bit_ceil(2 * order.size() + 2);
@@ -63,7 +66,7 @@ public:
             Region copied{key, {}};
             const Region& region = mesh_.regions[index];
             for (std::size_t slot = 0; slot < region.bricks.size(); ++slot)
-                if (const std::uint32_t brick = load_acquire(region.bricks[slot]); brick != 0)
+                if (const std::uint32_t brick = load_acquire(region.bricks[slot]); knows_anything(brick))
                     copied.bricks[slot] = copy_brick(mesh_.bricks[brick - 1]);
             parts_.regions.push_back(copied);
             table.insert(key, size_of<regions_section>(parts_.regions));
@@ -75,6 +78,20 @@ private:
     template <SnapshotSectionName section, class T>
     std::uint32_t size_of(const std::vector<T>& all) const {
         return static_cast<std::uint32_t>(all.size() - first_[section - first_level_section]);
+    }
+
+    /// A query makes bricks before it asks for what they hold, and may find that it needs nothing of them.
+    bool knows_anything(std::uint32_t index) const {
+        if (index == 0)
+            return false;
+        const Brick& brick = mesh_.bricks[index - 1];
+        if (load_acquire(brick.links_known) != 0 || load_acquire(brick.floods) != 0)
+            return true;
+        for (std::size_t t = 0; t < mesh_.lights->tile_count(); ++t)
+            if (const BrickTile* tile = mesh_.find_tile(brick, t))
+                if ((load_acquire(tile->known) | load_acquire(tile->sampled)) != 0)
+                    return true;
+        return false;
     }
 
     /// Index plus one of the copy.
