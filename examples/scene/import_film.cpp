@@ -183,6 +183,9 @@ AnimatedScene import_animated(const fs::path& file, const ImportOptions& options
     Scene scene = import_pose(file, first, film);
     if (!(film.length > 0.0))
         throw std::runtime_error(file.string() + ": has no animation; films are of glTF files that have one");
+    for (std::string& remark : scene.remarks)
+        if (const std::size_t at = remark.find(" is drawn at 0 s"); at != std::string::npos)
+            remark.replace(at, std::string(" is drawn at 0 s").size(), " is filmed");
     auto animation = std::make_shared<const FileAnimation>(file, options, film, scene);
     return {std::move(scene), std::move(animation)};
 }
