@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -78,6 +79,27 @@ TEST_CASE("lightmesh-render film: each scene, by other algorithms too, with line
         CHECK(change > 1e-4);
         CHECK(change < 0.1);
     }
+}
+
+TEST_CASE("lightmesh-render film: where nothing moves nothing changes from frame to frame") {
+    const TemporaryFolder folder;
+    const auto changing = [&](const std::string& algorithm) {
+        const Finished ran =
+            film(folder, "rooms -a " + algorithm + tiny + "--from 0.5 --frames 2 --format exr -o " +
+                             (folder / algorithm).string());
+        REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+        const demo::Image before = demo::read_exr(frame(folder, algorithm, 1, ".exr"));
+        const demo::Image after = demo::read_exr(frame(folder, algorithm, 2, ".exr"));
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < before.pixels.size(); ++i)
+            count += before.pixels[i] != after.pixels[i] ? 1 : 0;
+        return count;
+    };
+    // The rays of each point know best what a door and a lamp in two of the rooms reach.
+    const std::size_t reached = changing("area");
+    CHECK(reached > 100);
+    CHECK(reached < 48 * 36 / 4);
+    CHECK(changing("cache") < reached + reached / 2);
 }
 
 TEST_CASE("lightmesh-render film: a second start goes on, and never with frames of another film") {
