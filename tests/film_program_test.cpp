@@ -117,9 +117,11 @@ TEST_CASE("lightmesh-render film: a second start goes on, and never with frames 
     // Half a frame is none, and one of another size neither.
     const std::string whole = demo::read_file(frame(folder, "film", 3));
     folder.write("film/frame-0003.png", whole.substr(0, whole.size() / 2));
+    folder.write("film/frame-0003.png.part2147483000", "of a program that was killed");
     const Finished mended = film(folder, spheres + " --frames 4");
     CHECK(mended.output.find("3 of 4 frames are there already and stay") != std::string::npos);
     CHECK(demo::read_file(frame(folder, "film", 3)) == whole);
+    CHECK_FALSE(folder.has_part_files());
 
     const Finished other = film(folder, spheres + " --frames 4 --samples 2 --from 1");
     CHECK(other.status == 1);

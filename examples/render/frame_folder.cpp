@@ -5,14 +5,19 @@
 #include "render/files.hpp"
 #include "render/run.hpp"
 
+#include <signal.h>
+
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <exception>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 
 namespace demo {
 
@@ -55,8 +60,22 @@ std::string differences(const std::string& there, const FilmTraits& here) {
 bool is_frame(const fs::path& file) {
     const std::string name = file.stem().string();
     return (file.extension() == ".png" || file.extension() == ".exr") && name.starts_with(frame_start) &&
+           name.size() > frame_start.size() &&
            std::ranges::all_of(name.substr(frame_start.size()),
                                [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// Whether a file is a frame that a process has begun to write, which is there no more: see `PartFile`.
+bool is_left_over(const fs::path& file) {
+    constexpr std::string_view mark = ".part";
+    const std::string end = file.extension().string();
+    if (!file.filename().string().starts_with(frame_start) || !end.starts_with(mark))
+        return false;
+    const std::string digits = end.substr(mark.size());
+    pid_t process = 0;
+    const auto [last, error] = std::from_chars(digits.data(), digits.data() + digits.size(), process);
+    return error == std::errc() && last == digits.data() + digits.size() && process > 0 &&
+           ::kill(process, 0) != 0 && errno == ESRCH;
 }
 
 }  // namespace
@@ -68,7 +87,7 @@ FrameFolder::FrameFolder(fs::path folder, std::string extension, int width, int 
 
 void FrameFolder::claim(const FilmTraits& traits, bool overwrite) const {
     const fs::path file = folder_ / traits_name;
-    const std::vector<fs::path> frames = frames_there();
+    const std::vector<fs::path> frames = files_there(is_frame);
     if (overwrite) {
         for (const fs::path& frame : frames)
             fs::remove(frame);
@@ -79,6 +98,8 @@ void FrameFolder::claim(const FilmTraits& traits, bool overwrite) const {
                                      (there.empty() ? "there is no " + std::string(traits_name) : differing) +
                                      "; --overwrite removes them");
     }
+    for (const fs::path& left_over : files_there(is_left_over))
+        fs::remove(left_over);
     write_file(file, text_of(traits));
 }
 
@@ -107,12 +128,12 @@ bool FrameFolder::has(int number) const {
     }
 }
 
-std::vector<fs::path> FrameFolder::frames_there() const {
-    std::vector<fs::path> frames;
+std::vector<fs::path> FrameFolder::files_there(bool (*is_one)(const fs::path&)) const {
+    std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
-        if (is_frame(entry.path()))
-            frames.push_back(entry.path());
-    return frames;
+        if (is_one(entry.path()))
+            files.push_back(entry.path());
+    return files;
 }
 
 }  // namespace demo

@@ -18,7 +18,8 @@ public:
     /// `extension`: .png or .exr; the size in pixels. Makes the folder if it is not there.
     FrameFolder(std::filesystem::path folder, std::string extension, int width, int height);
 
-    /// Writes film.txt, or finds that it says the same. Throws std::runtime_error that names what differs if
+    /// Writes film.txt, or finds that it says the same, and removes what a program that was killed has left
+    /// half written. Throws std::runtime_error that names what differs if
     /// there are frames of another film; with `overwrite` they are removed instead.
     void claim(const FilmTraits& traits, bool overwrite) const;
 
@@ -30,7 +31,7 @@ public:
     bool has(int number) const;
 
 private:
-    std::vector<std::filesystem::path> frames_there() const;
+    std::vector<std::filesystem::path> files_there(bool (*is_one)(const std::filesystem::path&)) const;
 
     std::filesystem::path folder_;
     std::string extension_;
