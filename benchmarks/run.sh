@@ -17,7 +17,7 @@ results=$build/results
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
 cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark \
-    lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-cache-benchmark --parallel "$(nproc)"
+    lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-cache-benchmark lightmesh-moving-benchmark --parallel "$(nproc)"
 program=$build/benchmarks/lightmesh-benchmarks
 
 echo
@@ -58,3 +58,5 @@ echo
 "$build/benchmarks/lightmesh-first-frame-benchmark" | tee "$results/first-frame.md"
 echo
 "$build/benchmarks/lightmesh-cache-benchmark" | tee "$results/visibility-cache.md"
+echo
+"$build/benchmarks/lightmesh-moving-benchmark" | tee "$results/moving.md"

@@ -4,6 +4,7 @@
 #include "plain.hpp"
 #include "random_scene.hpp"
 #include "snapshot_bytes.hpp"
+#include "still_world.hpp"
 
 #include <lightmesh/lightmesh.hpp>
 
@@ -18,7 +19,6 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -27,9 +27,11 @@ namespace {
 using lightmesh::Bounds;
 using lightmesh::CacheSettings;
 using lightmesh::VisibilityCache;
+using test::ask;
 using test::error_of;
 using test::HitTracer;
 using test::Random;
+using test::StillWorld;
 using test::Vec;
 
 /// A floor and boxes that move about over it, and lights that come, move and go.
@@ -144,13 +146,6 @@ private:
     std::vector<bool> is_free_ = std::vector<bool>(16, false);
 };
 
-template <class Subject>
-std::vector<float> ask(const Subject& subject, const lightmesh::SurfacePoint& point) {
-    std::vector<float> all(subject.light_count());
-    subject.visibility(point, all);
-    return all;
-}
-
 /// Moves, queries, and compares with something new: make(world) must know nothing yet.
 template <class Make>
 void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
@@ -260,32 +255,6 @@ TEST_CASE("moving scenes: after any moves a cache of a mesh's blur says what a n
 }
 
 namespace {
-
-/// Some boxes, lights, and points to fill a mesh or cache at.
-struct StillWorld {
-    std::vector<test::Triangle> scene;
-    std::vector<lightmesh::Light> lights;
-    std::vector<lightmesh::SurfacePoint> points;
-
-    explicit StillWorld(int light_count, int point_count = 60) {
-        Random random(5);
-        scene = test::boxes_on_floor(random, 4);
-        for (int i = 0; i < light_count; ++i)
-            lights.push_back(lightmesh::PointLight{
-                .position = glm::vec3(random.in_box({-4.0, -4.0, 1.0}, {4.0, 4.0, 4.5})), .radius = 0.4f});
-        for (const auto& [position, normal] : test::surface_points(random, scene, point_count))
-            points.push_back({.position = position, .normal = normal});
-    }
-
-    auto mesh(bool adaptive = true) const {
-        lightmesh::Settings settings{.radius = 0.9f, .quality = 3.0f};
-        settings.adaptive_long_tests = adaptive;
-        return lightmesh::LightMesh{test::PlainTracer{&scene}, lights, settings};
-    }
-    auto cache() const {
-        return VisibilityCache{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.4f, .detail = 2}};
-    }
-};
 
 constexpr lightmesh::PointLight elsewhere{.position{1.5f, -2.5f, 3.0f}, .radius = 0.2f};
 
@@ -477,42 +446,4 @@ TEST_CASE("moving scenes: what is wrong is named, and nothing has changed then")
     };
     check(mesh);
     check(cache);
-}
-
-TEST_CASE("moving scenes: updates between phases of many threads") {
-    StillWorld world(12, 40);
-    auto mesh = world.mesh();
-    auto cache = world.cache();
-    const auto fill_by_all = [&](auto& subject) {
-        std::vector<std::jthread> threads;
-        for (std::size_t t = 0; t < 4; ++t)
-            threads.emplace_back([&, t] {
-                for (std::size_t i = 0; i < world.points.size(); ++i)
-                    (void)ask(subject, world.points[(i + 10 * t) % world.points.size()]);
-            });
-    };
-    Random random(9);
-    for (int round = 0; round < 4; ++round) {
-        fill_by_all(mesh);
-        fill_by_all(cache);
-        const std::size_t i = random.below(world.lights.size());
-        world.lights[i] = lightmesh::PointLight{
-            .position = glm::vec3(random.in_box({-4.0, -4.0, 1.0}, {4.0, 4.0, 4.5})), .radius = 0.4f};
-        mesh.set_light(i, world.lights[i]);
-        cache.set_light(i, world.lights[i]);
-        const glm::vec3 at(random.in_box(Vec(-4.0), Vec(3.0)));
-        world.scene.pop_back();
-        const Bounds everywhere{glm::vec3(-6.0f), glm::vec3(6.0f)};
-        mesh.scene_changed(everywhere);
-        cache.scene_changed(Bounds{at, at + 1.0f});
-        cache.scene_changed(everywhere);
-    }
-    fill_by_all(mesh);
-    fill_by_all(cache);
-    const auto new_mesh = world.mesh();
-    const auto new_cache = world.cache();
-    for (const lightmesh::SurfacePoint& point : world.points) {
-        CHECK(ask(mesh, point) == ask(new_mesh, point));
-        CHECK(ask(cache, point) == ask(new_cache, point));
-    }
 }

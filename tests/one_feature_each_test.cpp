@@ -30,6 +30,7 @@ TEST_CASE("the examples of one feature each do what they say") {
     check_prints("shadow_volumes", "long rays: 0 with volumes");
     check_prints("shadow_volumes", "the same within 1 %: yes");
     check_prints("standalone_shadow_map", " 0 wrong");
+    check_prints("moving_scene", "the same values");
     check_prints("snapshots", "a second start: 0 long rays, the same values");
     check_prints("snapshots", "not in the snapshot: 2 values");
     check_prints("snapshots", "its checksum is wrong");

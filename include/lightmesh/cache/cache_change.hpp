@@ -11,25 +11,30 @@
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/settings.hpp>
+#include <lightmesh/support/vectors.hpp>
 
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
+#include <vector>
 
 namespace lightmesh::detail {
 
 /// What of a cache may have to do with boxes in which the scene has changed: where records have fallen, the
-/// ways between them, and what they see.
+/// ways between them, and what they see. For one thread.
 class CacheChange {
 public:
     CacheChange(const Lattice& lattice, const LampTable& lamps, const RowSource& rows,
                 std::span<const Bounds> boxes)
-        : lattice_(lattice), lamps_(lamps), rows_(rows), boxes_(boxes) {}
+        : lattice_(lattice), lamps_(lamps), rows_(rows), boxes_(boxes),
+          block_side_(static_cast<float>(8.0 * lattice.step(Lattice::base_level))) {}
 
     bool is_nothing() const { return boxes_.empty(); }
 
@@ -62,16 +67,47 @@ public:
         const Bounds from = eye_of(record);
         if (rows_.is_mesh != 0 && (shows_beyond() || meets_any(from, boxes_)))
             return 0;
+        return lights & ~changed_from(from, tile, lights & changed_in_block(from, tile));
+    }
+
+private:
+    /// Those of some lights of a tile of which a box may hide, or have hidden, something.
+    std::uint64_t changed_from(const Bounds& from, std::size_t tile, std::uint64_t lights) const {
+        std::uint64_t changed = 0;
         for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
             const Lamp& lamp = lamps_.lamp(tile * lamps_per_tile + l);
             if (std::ranges::any_of(boxes_, [&](const Bounds& box) { return is_between(from, lamp, box); }))
-                lights &= ~(rest & (~rest + 1u));
+                changed |= rest & (~rest + 1u);
         }
-        return lights;
+        return changed;
     }
 
-private:
+    /// The same of all lights, from anywhere near: found once for all that look from there.
+    std::uint64_t changed_in_block(const Bounds& from, std::size_t tile) const {
+        const glm::dvec3 place = glm::floor(glm::dvec3(from.low) / static_cast<double>(block_side_));
+        constexpr double farthest = 1 << 20;
+        if (largest_component(from.high - from.low) > block_side_ ||
+            !(std::abs(place.x) < farthest && std::abs(place.y) < farthest && std::abs(place.z) < farthest))
+            return ~std::uint64_t{0};
+        const auto bits = [](double coordinate) {
+            return static_cast<std::uint64_t>(coordinate + farthest);
+        };
+        const std::uint64_t key = bits(place.x) | bits(place.y) << 21 | bits(place.z) << 42;
+        std::vector<std::uint64_t>& tiles = blocks_[key];
+        if (tiles.empty()) {
+            const glm::vec3 low(place * static_cast<double>(block_side_));
+            // With a little more to all sides, for the rounding of the corner.
+            const Bounds block = widened({low, low + 2.0f * block_side_}, 0.01f * block_side_);
+            tiles.resize(lamps_.tile_count());
+            for (std::size_t t = 0; t < tiles.size(); ++t) {
+                const std::size_t size = lamps_.tile_size(t);
+                tiles[t] = changed_from(block, t, ~std::uint64_t{0} >> (lamps_per_tile - size));
+            }
+        }
+        return tiles[tile];
+    }
+
     float slack_of(const RecordKey& key) const {
         return 0.13f * static_cast<float>(lattice_.step(key.level()));
     }
@@ -122,6 +158,9 @@ private:
     const LampTable& lamps_;
     RowSource rows_;
     std::span<const Bounds> boxes_;
+    float block_side_;  ///< world units
+    /// For each block that was looked at, and each tile, the lights that may have changed somewhere in it.
+    mutable std::unordered_map<std::uint64_t, std::vector<std::uint64_t>> blocks_;
 };
 
 }  // namespace lightmesh::detail
