@@ -7,6 +7,7 @@
 #include "../examples/scene/light_rig.hpp"
 #include "../examples/scene/scene.hpp"
 #include "../examples/scene/surface.hpp"
+#include "gltf_writer.hpp"
 #include "temporary_folder.hpp"
 
 #include <doctest/doctest.h>
@@ -22,48 +23,14 @@
 
 namespace {
 
+using test::GltfFile;
+
 const std::filesystem::path field = LIGHTMESH_FIELD;
 
 bool has_remark(const demo::Scene& scene, const std::string& text) {
     return std::ranges::any_of(
         scene.remarks, [&](const std::string& remark) { return remark.find(text) != std::string::npos; });
 }
-
-/// Writes a glTF file of one triangle, (0, 0, 0), (1, 0, 0), (0, 1, 0) as accessor 0, and of accessors of
-/// floats that follow it.
-class GltfFile {
-public:
-    GltfFile() { add("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0}); }
-
-    /// The number of the accessor.
-    int add(const std::string& type, std::initializer_list<float> values) {
-        const std::size_t width = type == "SCALAR" ? 1 : type == "VEC3" ? 3 : 4;
-        const std::string first = std::to_string(bytes_.size());
-        for (const float value : values)
-            bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-        views_ += std::string(count_ == 0 ? "" : ",") + R"({"buffer":0,"byteOffset":)" + first +
-                  R"(,"byteLength":)" + std::to_string(4 * values.size()) + "}";
-        accessors_ += std::string(count_ == 0 ? "" : ",") + R"({"componentType":5126,"bufferView":)" +
-                      std::to_string(count_) + R"(,"type":")" + type + R"(","count":)" +
-                      std::to_string(values.size() / width) + "}";
-        return count_++;
-    }
-
-    /// `rest`: members of the file besides those of geometry, such as nodes.
-    std::filesystem::path write(const test::TemporaryFolder& folder, const std::string& rest) const {
-        folder.write("a.bin", bytes_);
-        return folder.write("a.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"accessors":[)" +
-                                          accessors_ + R"(],"bufferViews":[)" + views_ +
-                                          R"(],"buffers":[{"uri":"a.bin","byteLength":)" +
-                                          std::to_string(bytes_.size()) + "}]," + rest + "}");
-    }
-
-private:
-    std::string bytes_;
-    std::string views_;
-    std::string accessors_;
-    int count_ = 0;
-};
 
 const std::string triangle = R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}])";
 

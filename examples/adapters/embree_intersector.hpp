@@ -28,7 +28,8 @@
 namespace demo {
 
 /// Asks an Embree scene whether segments are blocked. Copies share the scene, which stays alive as long as
-/// any of them. The scene must be committed, and must not change while a light mesh uses it.
+/// any of them. The scene must be committed, and must not change but between queries, if the light mesh or
+/// the cache is told by `scene_changed`.
 class EmbreeIntersector {
 public:
     /// How many segments at once are traced. The answers are the same.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "render/follow_scene.hpp"
 #include "render/lamps.hpp"
 #include "render/visibility.hpp"
 
@@ -9,6 +10,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <type_traits>
@@ -45,10 +48,13 @@ void require_same_sizes(std::span<const std::byte> known, std::span<const lightm
                                  "; give --light-size, or -r, as it was");
 }
 
+/// The lights of a scene as a cache takes them.
+using LightsOf = std::function<std::vector<lightmesh::Light>(const EmbreeScene& scene)>;
+
 template <class Cache>
 class CacheVisibility final : public Visibility {
 public:
-    explicit CacheVisibility(Cache cache) : cache_(std::move(cache)) {}
+    CacheVisibility(Cache cache, LightsOf lights) : cache_(std::move(cache)), lights_(std::move(lights)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -56,11 +62,16 @@ public:
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
+    void update(const EmbreeScene& scene, const SceneChange& change) override {
+        follow_scene(cache_, lights_(scene), change);
+    }
+
     std::optional<lightmesh::CacheStatistics> cache() const override { return cache_.statistics(); }
     std::vector<std::byte> snapshot() const override { return cache_.snapshot(); }
 
 private:
     Cache cache_;
+    LightsOf lights_;
 };
 
 }  // namespace
@@ -73,14 +84,19 @@ std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const Visibilit
         require_same_sizes(options.known, lamps);
         cache.merge(options.known);
     }
-    return std::make_unique<CacheVisibility<Cache>>(std::move(cache));
+    VisibilityOptions for_lamps;
+    for_lamps.settings = options.settings;
+    for_lamps.light_size = options.light_size;
+    return std::make_unique<CacheVisibility<Cache>>(
+        std::move(cache), [for_lamps](const EmbreeScene& now) { return lamps_of(now, for_lamps); });
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
     lightmesh::VisibilityCache cache{
         lightmesh::LightMesh{scene.intersector(), shapes_of_lights(scene.scene()), options.settings},
         cache_settings_of(options)};
-    return std::make_unique<CacheVisibility<decltype(cache)>>(std::move(cache));
+    return std::make_unique<CacheVisibility<decltype(cache)>>(
+        std::move(cache), [](const EmbreeScene& now) { return shapes_of_lights(now.scene()); });
 }
 
 }  // namespace demo

@@ -13,6 +13,8 @@ inline constexpr int exit_interrupted = 130;
 
 /// One picture by one algorithm.
 void add_picture_command(CLI::App& program, int& status);
+/// A film of a scene that moves.
+void add_film_command(CLI::App& program, int& status);
 /// One view by several algorithms, and how they differ.
 void add_compare_command(CLI::App& program, int& status);
 /// The two tables of the paper, on this machine.

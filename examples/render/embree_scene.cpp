@@ -31,22 +31,19 @@ void check(RTCDevice device, const char* what) {
         throw_embree_error(code, what);
 }
 
-RTCGeometry make_geometry(RTCDevice device, const std::vector<glm::vec3>& points,
-                          const std::vector<std::uint32_t>& corners) {
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points.size()));
-    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), corners.size() / 3));
-    if (positions == nullptr || indices == nullptr) {
-        rtcReleaseGeometry(geometry);
-        throw_embree_error(rtcGetDeviceError(device), "allocating the triangles");
-    }
+void copy_positions(const std::vector<glm::vec3>& points, void* buffer) {
+    auto* positions = static_cast<float*>(buffer);
     for (const glm::vec3& position : points)
         for (int axis = 0; axis < 3; ++axis)
             *positions++ = position[axis];
-    std::ranges::copy(corners, indices);
-    return geometry;
+}
+
+/// Gives a geometry of a committed scene its vertices' new places.
+void move_geometry(RTCScene scene, unsigned number, const std::vector<glm::vec3>& points) {
+    RTCGeometry geometry = rtcGetGeometry(scene, number);
+    copy_positions(points, rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+    rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry);
 }
 
 std::vector<std::uint32_t> corners_of(const Scene& scene, const std::vector<std::uint32_t>& triangles) {
@@ -98,20 +95,18 @@ glm::vec3 interpolated_normal(const Scene& scene, const Triangle& triangle, floa
 
 }  // namespace
 
-EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevice(nullptr)) {
-    const Bounds bounds = bounds_of(scene);
-    const glm::vec3 farthest = glm::max(glm::abs(bounds.low), glm::abs(bounds.high));
-    diagonal_ = bounds.diagonal();
-    offset_ = 0x1p-18f * ((std::max)({farthest.x, farthest.y, farthest.z}) + diagonal_);
+EmbreeScene::EmbreeScene(const Scene& scene, For use)
+    : scene_(scene), use_(use), device_(rtcNewDevice(nullptr)) {
+    measure();
     if (!device_)
         throw_embree_error(rtcGetDeviceError(nullptr), "opening the device");
     const auto start = std::chrono::steady_clock::now();
-    handle_.reset(rtcNewScene(device_.get()));
+    handle_.reset(new_scene());
     check(device_.get(), "making the scene");
     for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
         (may_let_light_through(scene.materials[scene.triangles[t].material]) ? translucent_ : opaque_)
             .push_back(t);
-    RTCGeometry blocking = make_geometry(device_.get(), scene.positions, corners_of(scene, opaque_));
+    RTCGeometry blocking = make_geometry(scene.positions, corners_of(scene, opaque_));
     rtcCommitGeometry(blocking);
     rtcAttachGeometry(handle_.get(), blocking);
     if (!translucent_.empty()) {
@@ -124,8 +119,43 @@ EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevi
     seconds_building_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+void EmbreeScene::measure() {
+    const Bounds bounds = bounds_of(scene_);
+    const glm::vec3 farthest = glm::max(glm::abs(bounds.low), glm::abs(bounds.high));
+    diagonal_ = bounds.diagonal();
+    offset_ = 0x1p-18f * ((std::max)({farthest.x, farthest.y, farthest.z}) + diagonal_);
+}
+
+RTCScene EmbreeScene::new_scene() const {
+    RTCScene made = rtcNewScene(device_.get());
+    if (made != nullptr && use_ == For::films) {
+        rtcSetSceneFlags(made, RTC_SCENE_FLAG_DYNAMIC);
+        // Of two levels: one BVH over those of the geometries, which have their own quality.
+        rtcSetSceneBuildQuality(made, RTC_BUILD_QUALITY_LOW);
+    }
+    return made;
+}
+
+RTCGeometry EmbreeScene::make_geometry(const std::vector<glm::vec3>& points,
+                                       const std::vector<std::uint32_t>& corners) const {
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    void* positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                              3 * sizeof(float), points.size());
+    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), corners.size() / 3));
+    if (positions == nullptr || indices == nullptr) {
+        rtcReleaseGeometry(geometry);
+        throw_embree_error(rtcGetDeviceError(device_.get()), "allocating the triangles");
+    }
+    copy_positions(points, positions);
+    std::ranges::copy(corners, indices);
+    if (use_ == For::films)
+        rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
+    return geometry;
+}
+
 void EmbreeScene::add_translucent() {
-    RTCGeometry geometry = make_geometry(device_.get(), scene_.positions, corners_of(scene_, translucent_));
+    RTCGeometry geometry = make_geometry(scene_.positions, corners_of(scene_, translucent_));
     rtcSetGeometryUserData(geometry, this);
     rtcSetGeometryIntersectFilterFunction(geometry, pass_holes);
     rtcSetGeometryOccludedFilterFunction(geometry, pass_light);
@@ -135,16 +165,34 @@ void EmbreeScene::add_translucent() {
 }
 
 void EmbreeScene::add_blockers(RTCGeometry opaque) {
-    blockers_.reset(rtcNewScene(device_.get()));
+    blockers_.reset(new_scene());
     rtcAttachGeometry(blockers_.get(), opaque);
     const Blockers cut = cut_blockers(scene_, translucent_);
-    if (!cut.indices.empty()) {
-        RTCGeometry geometry = make_geometry(device_.get(), cut.positions, cut.indices);
+    has_cut_blockers_ = !cut.indices.empty();
+    if (has_cut_blockers_) {
+        RTCGeometry geometry = make_geometry(cut.positions, cut.indices);
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(blockers_.get(), geometry);
         rtcReleaseGeometry(geometry);
     }
     rtcCommitScene(blockers_.get());
+}
+
+void EmbreeScene::update(const SceneChange& change) {
+    if (change.is_another_scene)
+        throw std::invalid_argument("EmbreeScene::update: the scene has other triangles than before");
+    if (change.boxes.empty())
+        return;
+    measure();
+    move_geometry(handle_.get(), 0, scene_.positions);
+    if (!translucent_.empty())
+        move_geometry(handle_.get(), 1, scene_.positions);
+    if (has_cut_blockers_)
+        move_geometry(blockers_.get(), 1, cut_blockers(scene_, translucent_).positions);
+    rtcCommitScene(handle_.get());
+    if (blockers_)
+        rtcCommitScene(blockers_.get());
+    check(device_.get(), "fitting the BVH");
 }
 
 std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction) const {

@@ -3,6 +3,7 @@
 
 #include "adapters/embree_intersector.hpp"
 #include "scene/scene.hpp"
+#include "scene/scene_change.hpp"
 
 #include <glm/vec3.hpp>
 
@@ -28,11 +29,21 @@ struct Hit {
 /// filters ask the materials. Const members may be used by any number of threads.
 class EmbreeScene {
 public:
+    /// What the BVH is made for: `films` takes an `update` in a fraction of the time to build it, and more
+    /// memory.
+    enum class For { stills, films };
+
     /// Builds the BVH, on all cores. The scene must outlive this. Throws std::runtime_error with Embree's own
     /// words.
-    explicit EmbreeScene(const Scene& scene);
+    explicit EmbreeScene(const Scene& scene, For use = For::stills);
     EmbreeScene(const EmbreeScene&) = delete;
     EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+    /// After the scene's triangles have moved: takes their places anew, as a new object of the same scene
+    /// would. For films the BVH keeps its shape, and only its boxes are fitted. Not while another thread uses
+    /// this, or anything that was made from it. Throws std::invalid_argument for another scene,
+    /// std::runtime_error with Embree's own words.
+    void update(const SceneChange& change);
 
     const Scene& scene() const { return scene_; }
     RTCScene handle() const { return handle_.get(); }
@@ -61,10 +72,15 @@ private:
         void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
         void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
     };
+    void measure();
+    RTCScene new_scene() const;
+    RTCGeometry make_geometry(const std::vector<glm::vec3>& points,
+                              const std::vector<std::uint32_t>& corners) const;
     void add_translucent();
     void add_blockers(RTCGeometry opaque);
 
     const Scene& scene_;
+    For use_;
     /// Triangles that block everywhere, and those that may not, by their number in the scene.
     std::vector<std::uint32_t> opaque_;
     std::vector<std::uint32_t> translucent_;
@@ -74,6 +90,7 @@ private:
     std::unique_ptr<RTCDeviceTy, Release> device_;
     std::unique_ptr<RTCSceneTy, Release> handle_;
     std::unique_ptr<RTCSceneTy, Release> blockers_;
+    bool has_cut_blockers_ = false;  ///< as the second geometry of `blockers_`
 };
 
 }  // namespace demo

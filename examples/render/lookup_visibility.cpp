@@ -10,33 +10,60 @@
 #include <glm/geometric.hpp>
 
 #include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace demo {
 
 namespace {
 
+/// Makes the look-up for a light, by its number.
+template <class Lookup>
+using MakeLookup = std::function<std::unique_ptr<const Lookup>(std::size_t light)>;
+
 /// Hard shadows by a `Lookup` for each light, which knows whether it sees a point.
 template <class Lookup>
 class LookupVisibility final : public Visibility {
 public:
-    LookupVisibility(const EmbreeScene& scene, std::vector<std::unique_ptr<const Lookup>> lookups,
-                     float offset)
-        : lights_(scene.scene().lights), lookups_(std::move(lookups)), offset_(offset) {}
+    /// Takes the triangles as they are.
+    using Open = std::function<MakeLookup<Lookup>(const EmbreeScene& scene)>;
+
+    /// Makes by `first` until triangles move. Points are asked for `offsets` times the scene's offset above
+    /// their surface.
+    LookupVisibility(const EmbreeScene& scene, MakeLookup<Lookup> first, Open open, float offsets)
+        : scene_(scene), open_(std::move(open)), make_(std::move(first)), offsets_(offsets) {
+        make_all();
+    }
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
+        const std::vector<SceneLight>& lights = scene_.scene().lights;
+        const float offset = offsets_ * scene_.offset();
         for (std::size_t i = 0; i < points.positions.size(); ++i) {
-            const glm::vec3 point = points.positions[i] + offset_ * points.normals[i];
-            for (std::size_t l = 0; l < lights_.size(); ++l) {
-                const Illumination light = illuminate(lights_[l], points.positions[i]);
+            const glm::vec3 point = points.positions[i] + offset * points.normals[i];
+            for (std::size_t l = 0; l < lights.size(); ++l) {
+                const Illumination light = illuminate(lights[l], points.positions[i]);
                 const bool faces = glm::dot(points.normals[i], light.to_light) >= 0.0f &&
                                    light.irradiance != glm::vec3(0.0f);
-                lit[i * lights_.size() + l] = faces && lookups_[l]->visible(point) ? 1.0f : 0.0f;
+                lit[i * lights.size() + l] = faces && lookups_[l]->visible(point) ? 1.0f : 0.0f;
             }
         }
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    void update(const EmbreeScene& scene, const SceneChange& change) override {
+        if (change.changes_triangles()) {
+            lookups_.clear();
+            make_ = open_(scene);
+            make_all();
+            return;
+        }
+        for (const std::size_t light : change.lights)
+            lookups_[light] = make_(light);
     }
 
     std::size_t bytes() const override {
@@ -47,41 +74,57 @@ public:
     }
 
 private:
-    const std::vector<SceneLight>& lights_;
+    void make_all() {
+        for (std::size_t light = 0; light < scene_.scene().lights.size(); ++light)
+            lookups_.push_back(make_(light));
+    }
+
+    const EmbreeScene& scene_;
+    Open open_;
+    MakeLookup<Lookup> make_;
     std::vector<std::unique_ptr<const Lookup>> lookups_;
-    float offset_;
+    float offsets_;
 };
 
+/// Maps of the triangles that the renderer has.
 template <class Renderer>
-std::unique_ptr<Visibility> maps_by(Renderer renderer, const EmbreeScene& scene,
-                                    const VisibilityOptions& options) {
+MakeLookup<lightmesh::ShadowMap<Renderer>> maps_by(Renderer renderer, const EmbreeScene& scene,
+                                                   const VisibilityOptions& options) {
     using Map = lightmesh::ShadowMap<Renderer>;
-    const auto shared = std::make_shared<lightmesh::SharedDepthRenderer<Renderer>>(std::move(renderer));
     lightmesh::ShadowMapSettings settings;
     settings.resolution = options.settings.shadow_map_size;
-    std::vector<std::unique_ptr<const Map>> maps;
-    for (const SceneLight& light : scene.scene().lights)
-        maps.push_back(std::make_unique<const Map>(shared, light.shape, settings,
-                                                   "light " + std::to_string(maps.size())));
-    return std::make_unique<LookupVisibility<Map>>(scene, std::move(maps), 0.0f);
+    return [&lights = scene.scene().lights, settings,
+            shared = std::make_shared<lightmesh::SharedDepthRenderer<Renderer>>(std::move(renderer))](
+               std::size_t light) {
+        return std::make_unique<const Map>(shared, lights[light].shape, settings,
+                                           "light " + std::to_string(light));
+    };
 }
 
 }  // namespace
 
 std::unique_ptr<Visibility> make_shadow_maps(const EmbreeScene& scene, const VisibilityOptions& options) {
-    return with_depth_renderer(scene, options,
-                               [&](auto renderer) { return maps_by(std::move(renderer), scene, options); });
+    return with_depth_renderer(scene, options, [&](auto first) -> std::unique_ptr<Visibility> {
+        using Renderer = decltype(first);
+        const auto open = [options](const EmbreeScene& now) {
+            return maps_by(make_depth_renderer<Renderer>(now, options), now, options);
+        };
+        return std::make_unique<LookupVisibility<lightmesh::ShadowMap<Renderer>>>(
+            scene, maps_by(std::move(first), scene, options), open, 0.0f);
+    });
 }
 
 std::unique_ptr<Visibility> make_shadow_volumes(const EmbreeScene& scene) {
     using lightmesh::ShadowVolumes;
-    const auto triangles =
-        std::make_shared<const lightmesh::OccluderTriangles>(SceneOccluders(scene.scene()));
-    std::vector<std::unique_ptr<const ShadowVolumes>> volumes;
-    for (const SceneLight& light : scene.scene().lights)
-        volumes.push_back(std::make_unique<const ShadowVolumes>(triangles, light.shape));
+    const auto open = [](const EmbreeScene& now) {
+        const auto triangles =
+            std::make_shared<const lightmesh::OccluderTriangles>(SceneOccluders(now.scene()));
+        return [triangles, &lights = now.scene().lights](std::size_t light) {
+            return std::make_unique<const ShadowVolumes>(triangles, lights[light].shape);
+        };
+    };
     // A point as found by a ray may lie within rounding behind its own triangle.
-    return std::make_unique<LookupVisibility<ShadowVolumes>>(scene, std::move(volumes), scene.offset());
+    return std::make_unique<LookupVisibility<ShadowVolumes>>(scene, open(scene), open, 1.0f);
 }
 
 }  // namespace demo

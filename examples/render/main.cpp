@@ -10,6 +10,7 @@ int main(int argument_count, char** arguments) {
     program.require_subcommand(1);
     int status = 0;
     demo::add_picture_command(program, status);
+    demo::add_film_command(program, status);
     demo::add_compare_command(program, status);
     demo::add_tables_command(program, status);
     demo::add_info_command(program, status);

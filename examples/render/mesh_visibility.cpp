@@ -2,6 +2,7 @@
 #include "adapters/embree_depth_renderer.hpp"
 #include "adapters/vulkan_depth_renderer.hpp"
 #include "render/depth_renderers.hpp"
+#include "render/follow_scene.hpp"
 #include "render/scene_occluders.hpp"
 #include "render/visibility.hpp"
 
@@ -9,6 +10,9 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
+#include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,10 +20,20 @@ namespace demo {
 
 namespace {
 
+/// How a mesh comes to be, and what it cannot be told.
+template <class Mesh>
+struct MeshSource {
+    std::function<Mesh(const EmbreeScene& scene)> make;  ///< of the scene as it is
+    /// Brings what finds the mesh's long tests to where the triangles are; false if it cannot.
+    std::function<bool()> follow = [] {
+        return true;
+    };
+};
+
 template <class Mesh>
 class MeshVisibility final : public Visibility {
 public:
-    explicit MeshVisibility(Mesh mesh) : mesh_(std::move(mesh)) {}
+    MeshVisibility(Mesh mesh, MeshSource<Mesh> source) : mesh_(std::move(mesh)), source_(std::move(source)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -30,23 +44,60 @@ public:
         cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
+    void update(const EmbreeScene& scene, const SceneChange& change) override {
+        if (change.changes_triangles() && !source_.follow())
+            mesh_ = source_.make(scene);
+        else
+            follow_scene(mesh_, shapes_of_lights(scene.scene()), change);
+    }
+
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
     std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }
 
 private:
     Mesh mesh_;
+    MeshSource<Mesh> source_;
 };
 
-template <class Mesh>
-std::unique_ptr<Visibility> visibility_of(Mesh mesh) {
-    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh));
+/// By shadow maps of renderers that are made by `make_depth_renderer`; `first` is one.
+template <class Renderer>
+std::unique_ptr<Visibility> mesh_by_maps(Renderer first, const EmbreeScene& scene,
+                                         const VisibilityOptions& options,
+                                         const lightmesh::Settings& settings) {
+    using Mesh = lightmesh::LightMesh<EmbreeIntersector, Renderer>;
+    const auto make = [by = options.depth, device = options.device, settings](const EmbreeScene& now) {
+        VisibilityOptions again;
+        again.depth = by;
+        again.device = device;
+        return Mesh{now.intersector(), make_depth_renderer<Renderer>(now, again),
+                    shapes_of_lights(now.scene()), settings};
+    };
+    // Embree's scene is shared, while Vulkan has a copy of the triangles.
+    const auto follow = [] {
+        return std::is_same_v<Renderer, EmbreeDepthRenderer>;
+    };
+    return std::make_unique<MeshVisibility<Mesh>>(
+        Mesh{scene.intersector(), std::move(first), shapes_of_lights(scene.scene()), settings},
+        MeshSource<Mesh>{make, follow});
+}
+
+std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const lightmesh::Settings& settings) {
+    using Mesh = lightmesh::LightMesh<EmbreeIntersector, SceneOccluders>;
+    SceneOccluders occluders(scene.scene());
+    const auto make = [occluders, settings](const EmbreeScene& now) {
+        return Mesh{now.intersector(), occluders, shapes_of_lights(now.scene()), settings};
+    };
+    const auto follow = [occluders]() mutable {
+        occluders.update();
+        return true;
+    };
+    return std::make_unique<MeshVisibility<Mesh>>(make(scene), MeshSource<Mesh>{make, follow});
 }
 
 }  // namespace
 
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
                                             lightmesh::LongTest long_test) {
-    const std::vector<lightmesh::Light> lights = shapes_of_lights(scene.scene());
     lightmesh::Settings settings = options.settings;
     // The references that others are held against, as published, have no levels.
     if (settings.short_test == lightmesh::ShortTest::exact)
@@ -55,19 +106,21 @@ std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const Visi
     case lightmesh::LongTest::shadow_maps:
     case lightmesh::LongTest::refined_shadow_maps:
         return with_depth_renderer(scene, options, [&](auto renderer) {
-            return visibility_of(
-                lightmesh::LightMesh{scene.intersector(), std::move(renderer), lights, settings});
+            return mesh_by_maps(std::move(renderer), scene, options, settings);
         });
     case lightmesh::LongTest::shadow_volumes:
-        return visibility_of(
-            lightmesh::LightMesh{scene.intersector(), SceneOccluders(scene.scene()), lights, settings});
+        return mesh_by_volumes(scene, settings);
     case lightmesh::LongTest::rays:
         break;
     }
-    lightmesh::LightMesh mesh{scene.intersector(), lights, settings};
+    using Mesh = lightmesh::LightMesh<EmbreeIntersector>;
+    const auto make = [settings](const EmbreeScene& now) {
+        return Mesh{now.intersector(), shapes_of_lights(now.scene()), settings};
+    };
+    Mesh mesh = make(scene);
     if (!options.known.empty())
         mesh.merge(options.known);
-    return visibility_of(std::move(mesh));
+    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh), MeshSource<Mesh>{make});
 }
 
 }  // namespace demo

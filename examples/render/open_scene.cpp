@@ -338,10 +338,8 @@ void set_exposure(double factor, Scene& scene) {
     scene.background /= scene.exposure;
 }
 
-}  // namespace
-
-Scene open_scene(const SceneOptions& options) {
-    Scene scene = load_scene(options.scene, options.import);
+/// Gives a scene, as it was loaded, what the options ask for and what it does not have.
+Scene completed(const SceneOptions& options, Scene scene) {
     set_view(options, scene);
     if (!scene.is_file) {
         if (options.lights > 0)
@@ -373,6 +371,23 @@ Scene open_scene(const SceneOptions& options) {
                                     "; --exposure 0 takes the file's own values");
     }
     return scene;
+}
+
+}  // namespace
+
+Scene open_scene(const SceneOptions& options) {
+    return completed(options, load_scene(options.scene, options.import));
+}
+
+Film open_film(const SceneOptions& options, Moving moving) {
+    if (options.import.time)
+        throw std::invalid_argument("--time is of still pictures; films go --from one time --to another");
+    AnimatedScene loaded = load_animated(options.scene, options.import);
+    loaded.scene = completed(options, std::move(loaded.scene));
+    const bool has_view = options.eye || options.target || options.up || options.field_of_view;
+    moving.camera = moving.camera && !has_view;
+    moving.lights = moving.lights && options.lights == 0;
+    return Film(std::move(loaded), moving);
 }
 
 }  // namespace demo

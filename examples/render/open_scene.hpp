@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "scene/animation.hpp"
+#include "scene/film.hpp"
 #include "scene/scene.hpp"
 
 #include <glm/vec3.hpp>
@@ -27,5 +29,9 @@ struct SceneOptions {
 /// Loads a scene and gives a file what it does not have: a view from inside, if it is a building without
 /// camera, lights where that looks, a radius that suits the view, an exposure. Remarks say so.
 Scene open_scene(const SceneOptions& options);
+
+/// The same of a scene that moves: all is chosen by what it is at 0 s. A view that the options ask for stays
+/// as it is, and so do lights that they spread. Throws std::invalid_argument if they name a time.
+Film open_film(const SceneOptions& options, Moving moving = {});
 
 }  // namespace demo

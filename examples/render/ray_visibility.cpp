@@ -59,9 +59,7 @@ private:
 /// Shadow rays to points of the lights, as a subclass chooses them.
 class RayVisibility : public Visibility {
 public:
-    /// A radius for each light, where the segments to its middle end; 0 for all that have none.
-    RayVisibility(const EmbreeScene& scene, std::vector<float> sizes)
-        : scene_(scene), sizes_(std::move(sizes)), tracer_(scene.intersector()) {}
+    explicit RayVisibility(const EmbreeScene& scene) : scene_(scene), tracer_(scene.intersector()) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -76,7 +74,7 @@ public:
                 const lightmesh::Segment middle = shadow_segment(
                     lights[l], points.positions[i], points.normals[i], scene_.offset(), scene_.far_away());
                 const auto seed = points.seeds[i] ^ (static_cast<std::uint32_t>(l) * 0x9e3779b9u);
-                add_rays(batch, middle, lights[l], sizes_[l], seed, lit[i * lights.size() + l]);
+                add_rays(batch, middle, l, seed, lit[i * lights.size() + l]);
             }
         }
         batch.flush();
@@ -86,22 +84,40 @@ public:
 
 protected:
     /// Rays for one point and light; the shares that they add to `value` make 1.
-    virtual void add_rays(Batch& batch, const lightmesh::Segment& middle, const SceneLight& light, float size,
+    virtual void add_rays(Batch& batch, const lightmesh::Segment& middle, std::size_t light,
                           std::uint32_t seed, float& value) const = 0;
+
+    const EmbreeScene& scene() const { return scene_; }
 
 private:
     const EmbreeScene& scene_;
-    std::vector<float> sizes_;
     EmbreeIntersector tracer_;
 };
 
+/// The radii of lamps where segments to them end; of rectangles 0.
+std::vector<float> sizes_at_ends(std::span<const lightmesh::Light> lamps, float far_away) {
+    std::vector<float> sizes;
+    for (const lightmesh::Light& lamp : lamps) {
+        if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lamp))
+            sizes.push_back(far_away * std::tan(sun->angular_radius));
+        else if (const auto* spot = std::get_if<lightmesh::SpotLight>(&lamp))
+            sizes.push_back(spot->radius);
+        else if (const auto* point = std::get_if<lightmesh::PointLight>(&lamp))
+            sizes.push_back(point->radius);
+        else
+            sizes.push_back(0.0f);
+    }
+    return sizes;
+}
+
 class HardShadows final : public RayVisibility {
 public:
-    explicit HardShadows(const EmbreeScene& scene)
-        : RayVisibility(scene, std::vector<float>(scene.scene().lights.size(), 0.0f)) {}
+    using RayVisibility::RayVisibility;
+
+    void update(const EmbreeScene&, const SceneChange&) override {}  // each query asks the scene
 
 protected:
-    void add_rays(Batch& batch, const lightmesh::Segment& middle, const SceneLight&, float, std::uint32_t,
+    void add_rays(Batch& batch, const lightmesh::Segment& middle, std::size_t, std::uint32_t,
                   float& value) const override {
         batch.add(middle, value, 1.0f);
     }
@@ -111,14 +127,17 @@ protected:
 /// their own size.
 class AreaShadows final : public RayVisibility {
 public:
-    AreaShadows(const EmbreeScene& scene, int samples, std::vector<float> sizes)
-        : RayVisibility(scene, std::move(sizes)), samples_(samples),
-          rings_(static_cast<int>(std::sqrt(static_cast<float>(samples)))) {}
+    AreaShadows(const EmbreeScene& scene, const VisibilityOptions& options)
+        : RayVisibility(scene), options_(options), samples_(options.area_samples),
+          rings_(static_cast<int>(std::sqrt(static_cast<float>(samples_)))), sizes_(sizes_in(scene)) {}
+
+    void update(const EmbreeScene& scene, const SceneChange&) override { sizes_ = sizes_in(scene); }
 
 protected:
-    void add_rays(Batch& batch, const lightmesh::Segment& middle, const SceneLight& light, float size,
-                  std::uint32_t seed, float& value) const override {
-        if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape)) {
+    void add_rays(Batch& batch, const lightmesh::Segment& middle, std::size_t light, std::uint32_t seed,
+                  float& value) const override {
+        const float size = sizes_[light];
+        if (const auto* pane = std::get_if<lightmesh::RectLight>(&scene().scene().lights[light].shape)) {
             add_rays_to_pane(batch, middle, *pane, seed, value);
             return;
         }
@@ -163,25 +182,15 @@ private:
         }
     }
 
+    std::vector<float> sizes_in(const EmbreeScene& scene) const {
+        return sizes_at_ends(lamps_of(scene, options_), scene.far_away());
+    }
+
+    VisibilityOptions options_;
     int samples_;
     int rings_;
+    std::vector<float> sizes_;  ///< of the lamps, as the scene is now
 };
-
-/// The radii of lamps where segments to them end; of rectangles 0.
-std::vector<float> sizes_at_ends(std::span<const lightmesh::Light> lamps, float far_away) {
-    std::vector<float> sizes;
-    for (const lightmesh::Light& lamp : lamps) {
-        if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lamp))
-            sizes.push_back(far_away * std::tan(sun->angular_radius));
-        else if (const auto* spot = std::get_if<lightmesh::SpotLight>(&lamp))
-            sizes.push_back(spot->radius);
-        else if (const auto* point = std::get_if<lightmesh::PointLight>(&lamp))
-            sizes.push_back(point->radius);
-        else
-            sizes.push_back(0.0f);
-    }
-    return sizes;
-}
 
 }  // namespace
 
@@ -193,8 +202,7 @@ std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const Vi
     if (options.area_samples < 1 || options.area_samples > 1024)
         throw std::invalid_argument("area lights take 1 to 1024 rays, not " +
                                     std::to_string(options.area_samples));
-    return std::make_unique<AreaShadows>(scene, options.area_samples,
-                                         sizes_at_ends(lamps_of(scene, options), scene.far_away()));
+    return std::make_unique<AreaShadows>(scene, options);
 }
 
 }  // namespace demo

@@ -110,6 +110,27 @@ std::uint64_t shadow_fingerprint(const Scene& scene) {
     return sum.value();
 }
 
+std::uint64_t look_fingerprint(const Scene& scene) {
+    Fingerprint sum;
+    sum.add(shadow_fingerprint(scene));
+    sum.add(std::span(scene.normals));
+    for (const Material& m : scene.materials) {
+        for (const glm::vec3& colour : {m.diffuse, m.specular, m.emission})
+            sum.add(colour);
+        for (const float value : {m.shininess, m.k_s, m.refraction_index, m.metallic})
+            sum.add(value);
+        add_map(sum, m.emission_map);
+        sum.add(m.is_unlit);
+    }
+    for (const SceneLight& light : scene.lights) {
+        sum.add(light.intensity);
+        sum.add(light.inner_cone);
+        sum.add(light.facing);
+    }
+    sum.add(scene.background);
+    return sum.value();
+}
+
 void save_mesh(const std::filesystem::path& file, std::span<const std::byte> snapshot, const Scene& scene) {
     const std::uint64_t fingerprint = shadow_fingerprint(scene);
     std::string content(reinterpret_cast<const char*>(snapshot.data()), snapshot.size());

@@ -15,6 +15,9 @@ namespace demo {
 /// lets light through, and of the places of lights.
 std::uint64_t shadow_fingerprint(const Scene& scene);
 
+/// As `shadow_fingerprint`, for scenes that look different.
+std::uint64_t look_fingerprint(const Scene& scene);
+
 /// Writes a light mesh's snapshot with the fingerprint of its scene: a snapshot alone cannot tell whether an
 /// empty mesh is of the same triangles. The file is whole at any time: the old one or the new one. Throws
 /// std::runtime_error that names it if it cannot be written.

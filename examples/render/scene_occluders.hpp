@@ -18,7 +18,13 @@ class SceneOccluders {
 public:
     explicit SceneOccluders(const Scene& scene) : scene_(&scene) {
         if (has_translucent(scene))
-            cut_ = std::make_shared<const Blockers>(all_blockers(scene));
+            cut_ = std::make_shared<Blockers>(all_blockers(scene));
+    }
+
+    /// For this and all its copies, after the scene's triangles have moved.
+    void update() {
+        if (cut_)
+            *cut_ = all_blockers(*scene_);
     }
 
     std::size_t triangle_count() const { return cut_ ? cut_->indices.size() / 3 : scene_->triangles.size(); }
@@ -33,7 +39,7 @@ public:
 
 private:
     const Scene* scene_;
-    std::shared_ptr<const Blockers> cut_;
+    std::shared_ptr<Blockers> cut_;
 };
 
 }  // namespace demo

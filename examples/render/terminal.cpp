@@ -38,14 +38,15 @@ ProgressBar::~ProgressBar() {
         std::fprintf(stderr, "\r\033[K");
 }
 
-void ProgressBar::show(double done) {
+void ProgressBar::show(double done, const std::string& note) {
     const int percent = static_cast<int>(100.0 * done);
-    if (!is_terminal_ || percent == shown_percent_)
+    if (!is_terminal_ || (percent == shown_percent_ && note == shown_note_))
         return;
     shown_percent_ = percent;
+    shown_note_ = note;
     const int full = percent * bar_width / 100;
-    std::fprintf(stderr, "\r%s [%s%s] %3d %%", caption_.c_str(), std::string(full, '#').c_str(),
-                 std::string(bar_width - full, '.').c_str(), percent);
+    std::fprintf(stderr, "\r%s [%s%s] %3d %% %s\033[K", caption_.c_str(), std::string(full, '#').c_str(),
+                 std::string(bar_width - full, '.').c_str(), percent, note.c_str());
     std::fflush(stderr);
 }
 

@@ -16,12 +16,14 @@ public:
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
 
-    void show(double done);
+    /// `note`: a few words behind the bar, such as the time left.
+    void show(double done, const std::string& note = "");
 
 private:
     std::string caption_;
     bool is_terminal_;
     int shown_percent_ = -1;
+    std::string shown_note_;
 };
 
 /// True once the user has pressed Ctrl-C, or the program was told to end (SIGTERM). From the first call on

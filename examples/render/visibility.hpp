@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/embree_scene.hpp"
+#include "scene/scene_change.hpp"
 
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/settings.hpp>
@@ -47,13 +48,17 @@ struct SurfacePoints {
 std::vector<lightmesh::SurfacePoint> as_library_points(const SurfacePoints& points);
 
 /// How lit surface points are: all that the algorithms of `lightmesh-render` differ in. Const members may be
-/// used by any number of threads.
+/// used by any number of threads. The scene that it was made for must outlive it.
 class Visibility {
 public:
     virtual ~Visibility() = default;
 
     /// `lit` is row-major, a row of lights for each point: 0 in shadow to 1 lit.
     virtual void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const = 0;
+
+    /// After the scene that this was made for has changed, and `scene` was updated: finds from now on what a
+    /// new one would. Not while another thread uses this; `change` must not be to another scene.
+    virtual void update(const EmbreeScene& scene, const SceneChange& change) = 0;
 
     /// Of the light mesh, if there is one.
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }

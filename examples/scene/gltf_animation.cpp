@@ -53,6 +53,7 @@ public:
     }
 
     std::size_t width() const { return width_; }
+    double last_key() const { return static_cast<double>(keys_.back()); }
 
     std::vector<double> at(double time, bool is_rotation) const {
         const Place place = place_of(keys_, time);
@@ -142,7 +143,7 @@ std::string seconds_text(double time) {
 
 }  // namespace
 
-void pose_at(GltfFile& file, double time, const std::string& wanted) {
+double pose_at(GltfFile& file, double time, const std::string& wanted) {
     const std::vector<tinygltf::Animation>& animations = file.model().animations;
     std::vector<std::string> names;
     for (const tinygltf::Animation& animation : animations)
@@ -150,9 +151,10 @@ void pose_at(GltfFile& file, double time, const std::string& wanted) {
     const std::size_t chosen = number_by_name(names, wanted, "animation");
     if (animations.empty()) {
         file.add_note("the file has no animations: it is the same at all times");
-        return;
+        return 0.0;
     }
     const tinygltf::Animation& animation = animations[chosen];
+    double last_key = 0.0;
     for (std::size_t i = 0; i < animation.channels.size(); ++i) {
         const tinygltf::AnimationChannel& channel = animation.channels[i];
         const std::string where = "channel " + std::to_string(i) + " of animation " + std::to_string(chosen) +
@@ -169,6 +171,7 @@ void pose_at(GltfFile& file, double time, const std::string& wanted) {
         if (path != "weights" && values.width() != static_cast<std::size_t>(components_of(path)))
             throw std::runtime_error("is damaged: " + where + " has " + std::to_string(values.width()) +
                                      " numbers a key");
+        last_key = (std::max)(last_key, values.last_key());
         set(file.nodes()[static_cast<std::size_t>(channel.target_node)], path,
             values.at(time, path == "rotation"));
     }
@@ -178,6 +181,7 @@ void pose_at(GltfFile& file, double time, const std::string& wanted) {
                        ? "; the file has " + std::to_string(animations.size()) +
                              ": --animation takes another by its name or number"
                        : ""));
+    return last_key;
 }
 
 }  // namespace demo

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "by_name.hpp"
 #include "emitters.hpp"
+#include "import_pose.hpp"
 #include "isolated.hpp"
 #include "light_rig.hpp"
 #include "model.hpp"
@@ -65,7 +66,7 @@ void check_file(const fs::path& file) {
 }
 
 /// Reads in a child process. What a file says to unpack raises the limits, in bounds: see `allow_memory`.
-Model read_safely(const fs::path& file, const ImportOptions& options) {
+Model read_safely(const fs::path& file, const ImportOptions& options, bool pictures) {
     constexpr std::size_t megabyte = 1 << 20;
     const std::size_t size = fs::file_size(file);
     // Assimp takes OBJ apart into many small pieces.
@@ -73,7 +74,11 @@ Model read_safely(const fs::path& file, const ImportOptions& options) {
     const ReaderLimits limits{64 * megabyte + factor * size, 2048 * megabyte + unpacked_factor * size,
                               static_cast<unsigned>(10 + size / megabyte)};
     try {
-        return read_isolated([&] { return read_model(file, {options.time, options.animation}); }, limits);
+        return read_isolated(
+            [&] {
+                return read_model(file, {options.time, options.animation, pictures});
+            },
+            limits);
     } catch (const std::exception& error) {
         fail(file, error.what());
     }
@@ -111,7 +116,9 @@ ModelMesh unshared(ModelMesh mesh) {
 /// Collects the meshes in the scene, in floats about its origin.
 class Gatherer {
 public:
-    Gatherer(const fs::path& file, Scene& scene, const Model& model) : file_(file), scene_(scene) {
+    /// `keeps_all`: also triangles without area.
+    Gatherer(const fs::path& file, Scene& scene, const Model& model, bool keeps_all)
+        : file_(file), scene_(scene), keeps_all_(keeps_all) {
         for (const ModelMesh& mesh : model.meshes) {
             has_colours_ = has_colours_ || !mesh.colours.empty();
             for (std::size_t set = 0; set < 2; ++set)
@@ -163,7 +170,10 @@ private:
         const glm::vec3 b = scene_.positions[triangle.vertex[1]];
         const glm::vec3 c = scene_.positions[triangle.vertex[2]];
         if (is_degenerate(a, b, c)) {
-            ++dropped_;
+            if (keeps_all_)
+                scene_.triangles.push_back(triangle);
+            else
+                ++dropped_;
             return;
         }
         const glm::dvec3 ab = glm::dvec3{b} - glm::dvec3{a};
@@ -178,6 +188,7 @@ private:
 
     const fs::path& file_;
     Scene& scene_;
+    bool keeps_all_;
     bool has_colours_ = false;
     std::array<bool, 2> has_coordinates_{};
     std::vector<TriangleRange> ranges_;
@@ -206,9 +217,9 @@ void choose_origin(const Model& model, Scene& scene) {
     }
 }
 
-std::vector<TriangleRange> import_triangles(const fs::path& file, Model& model, Scene& scene) {
-    choose_origin(model, scene);
-    Gatherer gatherer{file, scene, model};
+std::vector<TriangleRange> import_triangles(const fs::path& file, Model& model, Scene& scene,
+                                            bool keeps_all) {
+    Gatherer gatherer{file, scene, model, keeps_all};
     for (ModelMesh& mesh : model.meshes)
         gatherer.add(std::exchange(mesh, {}));
     if (gatherer.dropped() > 0) {
@@ -305,8 +316,8 @@ std::optional<SceneLight> converted(const ModelLight& source, Scene& scene) {
     return light;
 }
 
-void import_lights(const Model& model, const std::vector<TriangleRange>& meshes, const ImportOptions& options,
-                   Scene& scene) {
+/// The lights that the file has as such; returns how many of them are switched off.
+std::size_t import_lamps(const Model& model, Scene& scene) {
     std::size_t switched_off = 0;
     for (const ModelLight& source : model.lights) {
         if (source.intensity == glm::vec3{0.0f})
@@ -314,6 +325,12 @@ void import_lights(const Model& model, const std::vector<TriangleRange>& meshes,
         else if (const auto light = converted(source, scene))
             scene.lights.push_back(*light);
     }
+    return switched_off;
+}
+
+/// Lamps of surfaces that shine, and a rig where there is no light at all.
+void complete_lights(const Model& model, std::size_t switched_off, const std::vector<TriangleRange>& meshes,
+                     const ImportOptions& options, Scene& scene) {
     if (switched_off > 0)
         scene.remarks.push_back(
             (switched_off == model.lights.size() ? "all " : "") + std::to_string(switched_off) +
@@ -373,7 +390,8 @@ std::size_t chosen_camera(const fs::path& file, const Scene& scene, const std::s
     }
 }
 
-void import_camera(const fs::path& file, const Model& model, const ImportOptions& options, Scene& scene) {
+void import_camera(const fs::path& file, const Model& model, const ImportOptions& options,
+                   const glm::vec3& centre, Scene& scene) {
     for (const ModelCamera& camera : model.cameras)
         scene.cameras.push_back(camera.name);
     const std::size_t chosen = chosen_camera(file, scene, options.camera);
@@ -386,32 +404,53 @@ void import_camera(const fs::path& file, const Model& model, const ImportOptions
         return;
     }
     check(model.cameras[chosen], file);
-    scene.camera = converted(model.cameras[chosen], scene, bounds_of(scene).centre());
+    scene.camera = converted(model.cameras[chosen], scene, centre);
     if (model.cameras.size() > 1 && options.camera.empty())
         scene.remarks.push_back("the file has " + std::to_string(model.cameras.size()) +
                                 " cameras: the view is '" + model.cameras[chosen].name +
                                 "'; --camera takes another by its name or number");
 }
 
-}  // namespace
-
-Scene import_scene(const fs::path& file, const ImportOptions& options) {
+/// `film`: null for a still.
+Scene import_any(const fs::path& file, const ImportOptions& options, FilmOfFile* film) {
+    const bool is_later = film != nullptr && film->length > 0.0;
     check_file(file);
-    Model model = read_safely(file, options);
+    Model model = read_safely(file, options, !is_later);
     Scene scene;
     scene.name = file.stem().string();
     scene.is_file = true;
     scene.mesh_count = model.meshes.size();
     scene.remarks = std::move(model.notes);
     scene.materials = std::move(model.materials);
-    const std::vector<TriangleRange> meshes = import_triangles(file, model, scene);
-    import_textures(model, scene);
-    import_camera(file, model, options, scene);
-    import_lights(model, meshes, options, scene);
+    if (is_later)
+        scene.origin = film->origin;
+    else
+        choose_origin(model, scene);
+    const std::vector<TriangleRange> meshes = import_triangles(file, model, scene, film != nullptr);
+    if (!is_later)
+        import_textures(model, scene);
+    const glm::vec3 centre = is_later ? film->centre : bounds_of(scene).centre();
+    import_camera(file, model, options, centre, scene);
+    const std::size_t switched_off = import_lamps(model, scene);
+    if (is_later)
+        return scene;
+    if (film != nullptr)
+        *film = {scene.origin, centre, scene.lights.size(), model.animation_length};
+    complete_lights(model, switched_off, meshes, options, scene);
     scene.background = {0.05f, 0.06f, 0.08f};
     scene.ambient = glm::vec3{0.06f};
     scene.radius = radius_share * bounds_of(scene).diagonal();
     return scene;
+}
+
+}  // namespace
+
+Scene import_scene(const fs::path& file, const ImportOptions& options) {
+    return import_any(file, options, nullptr);
+}
+
+Scene import_pose(const fs::path& file, const ImportOptions& options, FilmOfFile& film) {
+    return import_any(file, options, &film);
 }
 
 }  // namespace demo

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "animation.hpp"
 #include "scene.hpp"
 
 #include <iterator>
+#include <stdexcept>
 
 namespace demo {
 
@@ -24,6 +26,19 @@ Scene load_scene(const std::string& name_or_file, const ImportOptions& options) 
         return make_street();
     }
     return import_scene(name_or_file, options);
+}
+
+AnimatedScene load_animated(const std::string& name_or_file, const ImportOptions& options) {
+    if (name_or_file == "park")
+        return animate_park();
+    if (name_or_file == "rooms")
+        return animate_rooms();
+    if (name_or_file == "spheres")
+        return animate_spheres();
+    if (name_or_file == "street")
+        throw std::runtime_error("street stands still; there are films of park, rooms and spheres, and of "
+                                 "glTF files with an animation");
+    return import_animated(name_or_file, options);
 }
 
 std::vector<std::uint32_t> indices_of(const Scene& scene) {

@@ -64,12 +64,14 @@ struct Model {
     std::vector<ModelLight> lights;
     std::vector<ModelCamera> cameras;
     std::vector<std::string> notes;
+    double animation_length = 0.0;  ///< seconds, if a time was asked for; 0: the file has no animation
 };
 
 /// What a reader is asked for.
 struct ReadOptions {
     std::optional<double> time;  ///< of an animation, in seconds; empty: the file's own pose
     std::string animation;       ///< by its name, or its number from 0; empty: the first one
+    bool pictures = true;        ///< whether those of textures are read and decoded
 };
 
 /// Readers throw std::exception with what is wrong, without the file's name.

@@ -87,7 +87,7 @@ void exchange(Archive& archive, ModelImage& i) {
 
 template <class Archive>
 void exchange(Archive& archive, Model& m) {
-    exchange_all(archive, m.meshes, m.materials, m.images, m.lights, m.cameras, m.notes);
+    exchange_all(archive, m.meshes, m.materials, m.images, m.lights, m.cameras, m.notes, m.animation_length);
 }
 
 }  // namespace demo

@@ -2,6 +2,7 @@
 // A park at dusk: meadows and a pond between hills, paths with benches and lamps, a pavilion, a hundred trees
 // of loose leaves. One unit is about 0.4 m.
 #include "mesh_builder.hpp"
+#include "park_plan.hpp"
 #include "plants.hpp"
 #include "random.hpp"
 #include "scene.hpp"
@@ -17,8 +18,8 @@ constexpr std::size_t triangle_goal = 145970;
 constexpr std::size_t lamp_goal = 64;
 constexpr float path_half_width = 2.3f;
 constexpr glm::vec2 pavilion_place{14.0f, 21.0f};
-constexpr glm::vec2 view_from{-9.0f, -66.0f};
-constexpr glm::vec2 view_to{4.0f, 6.0f};
+constexpr glm::vec2 view_from = park_view_from;
+constexpr glm::vec2 view_to = park_view_to;
 
 struct Materials {
     std::uint32_t grass, gravel, water, stone, wood, iron, bulb, plaster, roof;
@@ -77,27 +78,6 @@ struct Park {
     std::vector<glm::vec2> trees;
 };
 
-void lay_paths(Park& park) {
-    const glm::vec2 c = park.terrain.pond.centre;
-    std::vector<glm::vec2> ring;
-    for (int i = 0; i < 10; ++i) {
-        const glm::vec2 around = circle_point(static_cast<float>(i) / 10.0f);
-        ring.push_back(c + around * (park.terrain.pond.radii + glm::vec2{8.0f, 7.5f}));
-    }
-    constexpr float step = 1.3f;
-    park.paths.emplace_back(ring, true, step);
-    park.paths.emplace_back(std::vector<glm::vec2>{{-20, -78}, {-14, -58}, {-17, -40}, {-13, -24}, {-17, -7}},
-                            false, step);
-    park.paths.emplace_back(std::vector<glm::vec2>{{-16, 2}, {-30, 10}, {-44, 8}, {-66, 18}}, false, step);
-    park.paths.emplace_back(std::vector<glm::vec2>{{16, 17}, {10, 32}, {16, 46}, {10, 70}}, false, step);
-    park.paths.emplace_back(std::vector<glm::vec2>{{35, -6}, {48, -14}, {58, -8}, {74, -14}}, false, step);
-    park.paths.emplace_back(
-        std::vector<glm::vec2>{{-30, 10}, {-26, 30}, {-8, 40}, {13, 40}, {38, 34}, {50, 12}, {48, -14}},
-        false, step);
-    park.paths.emplace_back(std::vector<glm::vec2>{{-17, -40}, {4, -42}, {26, -36}, {48, -38}, {70, -44}},
-                            false, step);
-}
-
 float distance_to_paths(const Park& park, glm::vec2 p) {
     float closest = 1e9f;
     for (const Path& path : park.paths) {
@@ -136,7 +116,7 @@ void build_ground(Park& park) {
 
 void build_paths(Park& park) {
     park.mesh.use(park.materials.gravel);
-    float lift = 0.07f;
+    float lift = path_lift;
     for (const Path& path : park.paths) {
         const auto first = static_cast<std::uint32_t>(park.scene.positions.size());
         for (std::size_t i = 0; i < path.points().size(); ++i) {
@@ -412,7 +392,7 @@ Scene make_park() {
     Park park;
     park.scene.name = "park";
     park.materials = add_materials(park.mesh);
-    lay_paths(park);
+    park.paths = park_paths(park.terrain.pond);
     build_ground(park);
     build_paths(park);
     build_pond(park);

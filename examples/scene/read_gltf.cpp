@@ -674,11 +674,11 @@ private:
 
 Model read_gltf(const std::filesystem::path& path, const ReadOptions& options) {
     GltfFile file(path);
+    Model model;
     if (options.time)
-        pose_at(file, *options.time, options.animation);
+        model.animation_length = pose_at(file, *options.time, options.animation);
     else if (!file.model().animations.empty())
         file.add_note("the file has animations: its default pose is drawn; --time takes another");
-    Model model;
     model.notes = file.notes();
     check_extensions(file.model(), model.notes);
     bool left_out = false;
@@ -691,7 +691,8 @@ Model read_gltf(const std::filesystem::path& path, const ReadOptions& options) {
     if (left_out)
         model.notes.emplace_back("textures of normals, roughness, occlusion and transmission are not drawn");
     for (std::size_t i = 0; i < file.image_count(); ++i)
-        model.images.push_back(wanted.contains(static_cast<std::int32_t>(i)) ? file.image(i) : ModelImage{});
+        model.images.push_back(
+            options.pictures && wanted.contains(static_cast<std::int32_t>(i)) ? file.image(i) : ModelImage{});
     Walker(file, model).walk();
     return model;
 }

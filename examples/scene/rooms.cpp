@@ -4,6 +4,7 @@
 // into the next room.
 #include "mesh_builder.hpp"
 #include "random.hpp"
+#include "rooms_plan.hpp"
 #include "scene.hpp"
 
 #include <array>
@@ -11,14 +12,6 @@
 
 namespace demo {
 namespace {
-
-constexpr int rooms_per_side = 6;
-constexpr float room_size = 6.0f;
-constexpr float wall_height = 3.0f;
-constexpr float half_wall = 0.04f;
-constexpr float door_half_width = 0.55f;
-constexpr float door_height = 2.1f;
-constexpr float half_storey = 0.5f * room_size * rooms_per_side;
 
 struct Materials {
     std::array<std::uint32_t, 6> paint;
@@ -70,11 +63,6 @@ std::uint32_t paint_of(const Rooms& rooms, int column, int row) {
     return rooms.materials.paint[static_cast<std::size_t>(column * 5 + row * 2 + row / 3) % 6];
 }
 
-/// Where the doorway of a wall is, measured along the wall from the middle of the room.
-float door_offset(int column, int row, bool along_x) {
-    return 0.7f * static_cast<float>((column * 7 + row * 3 + (along_x ? 1 : 0)) % 5 - 2);
-}
-
 /// A piece of wall from `from` to `to` along the local x axis; both sides in their own paint.
 void build_wall_piece(Rooms& rooms, float from, float to, float bottom, std::uint32_t right,
                       std::uint32_t left) {
@@ -123,21 +111,14 @@ void build_wall(Rooms& rooms, glm::vec3 middle, bool along_x, float door, bool w
     build_door_frame(rooms, door);
 }
 
-glm::vec3 room_middle(int column, int row) {
-    return {(static_cast<float>(column) + 0.5f) * room_size - half_storey,
-            (static_cast<float>(row) + 0.5f) * room_size - half_storey, 0.0f};
-}
-
 void build_walls(Rooms& rooms) {
     for (int line = 0; line <= rooms_per_side; ++line) {
         const bool inner = line > 0 && line < rooms_per_side;
         for (int i = 0; i < rooms_per_side; ++i) {
-            const glm::vec3 across_y = room_middle(i, line) - glm::vec3{0, 0.5f * room_size, 0};
-            build_wall(rooms, across_y, true, door_offset(i, line, true), inner, paint_of(rooms, i, line - 1),
-                       paint_of(rooms, i, line));
-            const glm::vec3 across_x = room_middle(line, i) - glm::vec3{0.5f * room_size, 0, 0};
-            build_wall(rooms, across_x, false, door_offset(line, i, false), inner, paint_of(rooms, line, i),
-                       paint_of(rooms, line - 1, i));
+            build_wall(rooms, wall_middle(i, line, true), true, door_offset(i, line, true), inner,
+                       paint_of(rooms, i, line - 1), paint_of(rooms, i, line));
+            build_wall(rooms, wall_middle(line, i, false), false, door_offset(line, i, false), inner,
+                       paint_of(rooms, line, i), paint_of(rooms, line - 1, i));
         }
     }
 }

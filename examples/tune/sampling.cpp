@@ -44,6 +44,8 @@ public:
         tiles_.push_back(std::move(tile));
     }
 
+    void update(const EmbreeScene&, const SceneChange&) override {}
+
     /// Full runs before shorter ones, and random ones before others: in an order that no thread had a say in.
     std::vector<Tile> take_sorted() {
         std::ranges::sort(tiles_, [](const Tile& a, const Tile& b) {

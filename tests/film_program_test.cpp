@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+
+// lightmesh-render film as its users run it.
+
+#include "image/image.hpp"
+#include "render/files.hpp"
+#include "run_command.hpp"
+#include "temporary_folder.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+namespace {
+
+using test::Finished;
+using test::TemporaryFolder;
+
+/// Four frames a second: frame 3 is at 0.5 s.
+const std::string tiny = " --fps 4 --width 48 --height 36 --depth embree --map-size 64 --detail 1 ";
+
+Finished film(const TemporaryFolder& folder, const std::string& arguments) {
+    return test::run(folder, LIGHTMESH_RENDER " film " + arguments);
+}
+
+std::string frame(const TemporaryFolder& folder, const std::string& name, int number,
+                  const std::string& extension = ".png") {
+    return (folder / (name + "/frame-000" + std::to_string(number) + extension)).string();
+}
+
+void check_refused(const std::string& arguments, const std::string& part, int lines = 1) {
+    CAPTURE(arguments);
+    const TemporaryFolder folder;
+    const Finished ran =
+        test::run(folder, "cd " + (folder / "").string() + " && " LIGHTMESH_RENDER " film " + arguments);
+    CHECK(ran.status > 0);
+    CHECK(std::ranges::count(ran.errors, '\n') == lines);
+    CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
+    CHECK(folder.file_count() == 2);  // what was printed
+}
+
+}  // namespace
+
+TEST_CASE("lightmesh-render film: frames are the same by any number of threads, and from anywhere") {
+    const TemporaryFolder folder;
+    const std::string spheres = "spheres" + tiny;
+    const Finished ran = film(folder, spheres + "--frames 4 --threads 2 -o " + (folder / "a/of/it").string());
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.errors.empty());
+    for (const char* row : {"algorithm", "cache", "frames rendered", "4", "seconds: first frame",
+                            "seconds: each frame after it", "frames: "})
+        CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
+    CHECK(std::filesystem::exists(folder / "a/of/it/film.txt"));
+    CHECK_FALSE(std::filesystem::exists(frame(folder, "a/of/it", 5)));
+    const Finished one =
+        film(folder, spheres + "--from 0.5 --frames 2 --threads 1 -o " + (folder / "b").string());
+    REQUIRE_MESSAGE(one.status == 0, one.errors);
+    CHECK(demo::read_file(frame(folder, "b", 1)) == demo::read_file(frame(folder, "a/of/it", 3)));
+    CHECK(demo::read_file(frame(folder, "b", 2)) == demo::read_file(frame(folder, "a/of/it", 4)));
+    CHECK(demo::read_file(frame(folder, "b", 1)) != demo::read_file(frame(folder, "b", 2)));
+    CHECK_FALSE(folder.has_part_files());
+}
+
+TEST_CASE("lightmesh-render film: each scene, by other algorithms too, with linear values") {
+    const TemporaryFolder folder;
+    for (const std::string scene : {"park -a linked", "rooms -a cache", "spheres -a area"}) {
+        CAPTURE(scene);
+        const std::string name = scene.substr(0, scene.find(' '));
+        const Finished ran = film(folder, scene + tiny + "--frames 2 --from 1 --to 3 --format exr -o " +
+                                              (folder / name).string());
+        REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+        const demo::Image first = demo::read_exr(frame(folder, name, 1, ".exr"));
+        const demo::Image second = demo::read_exr(frame(folder, name, 2, ".exr"));
+        CHECK(first.width == 48);
+        const double change = demo::mean_absolute_difference(first, second);
+        CHECK(change > 1e-4);
+        CHECK(change < 0.1);
+    }
+}
+
+TEST_CASE("lightmesh-render film: where nothing moves nothing changes from frame to frame") {
+    const TemporaryFolder folder;
+    const auto changing = [&](const std::string& algorithm) {
+        const Finished ran =
+            film(folder, "rooms -a " + algorithm + tiny + "--from 0.5 --frames 2 --format exr -o " +
+                             (folder / algorithm).string());
+        REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+        const demo::Image before = demo::read_exr(frame(folder, algorithm, 1, ".exr"));
+        const demo::Image after = demo::read_exr(frame(folder, algorithm, 2, ".exr"));
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < before.pixels.size(); ++i)
+            count += before.pixels[i] != after.pixels[i] ? 1 : 0;
+        return count;
+    };
+    // The rays of each point know best what a door and a lamp in two of the rooms reach.
+    const std::size_t reached = changing("area");
+    CHECK(reached > 100);
+    CHECK(reached < 48 * 36 / 4);
+    CHECK(changing("cache") < reached + reached / 2);
+}
+
+TEST_CASE("lightmesh-render film: a second start goes on, and never with frames of another film") {
+    const TemporaryFolder folder;
+    const std::string out = (folder / "film").string();
+    const std::string spheres = "spheres -a whitted" + tiny + "-o " + out;
+    REQUIRE(film(folder, spheres + " --frames 2").status == 0);
+    const auto written = std::filesystem::last_write_time(frame(folder, "film", 1));
+    const std::string third = demo::read_file(frame(folder, "film", 2));
+    const Finished longer = film(folder, spheres + " --frames 4 --threads 1");
+    REQUIRE_MESSAGE(longer.status == 0, longer.errors);
+    CHECK(longer.output.find("2 of 4 frames are there already and stay") != std::string::npos);
+    CHECK(std::filesystem::last_write_time(frame(folder, "film", 1)) == written);
+
+    // Half a frame is none, and one of another size neither.
+    const std::string whole = demo::read_file(frame(folder, "film", 3));
+    folder.write("film/frame-0003.png", whole.substr(0, whole.size() / 2));
+    folder.write("film/frame-0003.png.part2147483000", "of a program that was killed");
+    const Finished mended = film(folder, spheres + " --frames 4");
+    CHECK(mended.output.find("3 of 4 frames are there already and stay") != std::string::npos);
+    CHECK(demo::read_file(frame(folder, "film", 3)) == whole);
+    CHECK_FALSE(folder.has_part_files());
+
+    const Finished other = film(folder, spheres + " --frames 4 --samples 2 --from 1");
+    CHECK(other.status == 1);
+    CHECK_MESSAGE(other.errors.find(out +
+                                    " holds frames of another film: from is 0 there and 1 here, samples "
+                                    "is 1 there and 2 here; --overwrite removes them") != std::string::npos,
+                  other.errors);
+    CHECK(std::filesystem::last_write_time(frame(folder, "film", 1)) == written);
+    std::filesystem::remove(folder / "film/film.txt");
+    CHECK(film(folder, spheres + " --frames 4").errors.find("there is no film.txt") != std::string::npos);
+
+    const Finished anew = film(folder, spheres + " --frames 3 --samples 2 --overwrite");
+    REQUIRE_MESSAGE(anew.status == 0, anew.errors);
+    CHECK(anew.output.find("stay") == std::string::npos);
+    CHECK(demo::read_file(frame(folder, "film", 3)) != whole);
+    CHECK_FALSE(std::filesystem::exists(frame(folder, "film", 4)));
+}
+
+TEST_CASE("lightmesh-render film: Ctrl-C keeps whole frames, and the same command goes on") {
+    const TemporaryFolder folder;
+    const std::string out = (folder / "film").string();
+    const std::string command = LIGHTMESH_RENDER " film spheres" + tiny + "--frames 12 --threads 1 -o " + out;
+    const Finished stopped = test::run(folder, command + " & p=$!; while kill -0 $p && [ ! -s " + out +
+                                                   "/frame-0002.png ]; do sleep 0.01; done; kill -INT $p; "
+                                                   "wait $p");
+    CHECK(stopped.status == 130);
+    CHECK(stopped.errors.find("interrupted: whole frames stay") != std::string::npos);
+    CHECK_FALSE(folder.has_part_files());
+    CHECK_FALSE(std::filesystem::exists(folder / "film/frame-0012.png"));
+    const Finished on = test::run(folder, command);
+    REQUIRE_MESSAGE(on.status == 0, on.errors);
+    CHECK(on.output.find("of 12 frames are there already and stay") != std::string::npos);
+    const Finished alone =
+        film(folder, "spheres" + tiny + "--frames 1 --from 2.75 -o " + (folder / "last").string());
+    REQUIRE_MESSAGE(alone.status == 0, alone.errors);
+    CHECK(demo::read_file(frame(folder, "last", 1)) == demo::read_file(folder / "film/frame-0012.png"));
+}
+
+TEST_CASE("lightmesh-render film: MP4 by ffmpeg, which is named where it is not there") {
+    const TemporaryFolder folder;
+    const std::string arguments =
+        "spheres -a whitted" + tiny + "--frames 2 -o " + (folder / "out/ball.mp4").string();
+    const Finished without = test::run(folder, "PATH=/nowhere " LIGHTMESH_RENDER " film " + arguments);
+    CHECK(without.status == 1);
+    CHECK_MESSAGE(without.errors.find("made by ffmpeg, which is not installed") != std::string::npos,
+                  without.errors);
+    CHECK_FALSE(std::filesystem::exists(folder / "out"));
+
+    // One that writes down what it is asked for.
+    const auto script = folder.write("ffmpeg", "#!/bin/sh\nfor file; do :; done\necho \"$@\" >\"$file\"\n");
+    std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+    const std::string in_path = "PATH=" + (folder / "").string() + ":$PATH " LIGHTMESH_RENDER " film ";
+    const Finished made = test::run(folder, in_path + arguments);
+    REQUIRE_MESSAGE(made.status == 0, made.errors);
+    CHECK(made.output.find("film: " + (folder / "out/ball.mp4").string()) != std::string::npos);
+    CHECK(std::filesystem::exists(frame(folder, "out/ball-frames", 2)));
+    const std::string asked = demo::read_file(folder / "out/ball.mp4");
+    for (const std::string& part :
+         {std::string("-framerate 4 "), (folder / "out/ball-frames/frame-%04d.png").string(),
+          std::string("-frames:v 2 ")})
+        CHECK_MESSAGE(asked.find(part) != std::string::npos, asked);
+
+    folder.write("ffmpeg", "#!/bin/sh\nexit 3\n");
+    const Finished failed = test::run(folder, in_path + arguments);
+    CHECK(failed.status == 1);
+    CHECK_MESSAGE(failed.errors.find("ended with status 3; the frames are there") != std::string::npos,
+                  failed.errors);
+    CHECK(demo::read_file(folder / "out/ball.mp4") == asked);
+    CHECK_FALSE(folder.has_part_files());
+}
+
+TEST_CASE("lightmesh-render film: bad input gets one line, and leaves nothing behind") {
+    check_refused("", "scene");
+    check_refused("street" + tiny, "street stands still");
+    check_refused("no_such_file.glb" + tiny, "no_such_file.glb");
+    check_refused("spheres --frames 0", "frames");
+    check_refused("spheres --fps 0", "fps");
+    check_refused("spheres --fps nan", "fps");
+    check_refused("spheres --from -1", "from");
+    check_refused("spheres --from 3 --to 2", "--from 3 is not before --to 2");
+    check_refused("spheres --from 7", "--from 7 is not before the end of the animation, 6");
+    check_refused("spheres --time 1", "--time is of still pictures");
+    check_refused("spheres --moving walls", "walls");
+    check_refused("spheres -o film.png", "a film goes into a folder");
+    check_refused("spheres --format exr -o film.mp4", "made of PNG files");
+    check_refused("spheres --format bmp", "bmp");
+}
