@@ -1,134 +1,275 @@
 // SPDX-License-Identifier: MIT
 
-// The rows of "Scenes that move": what a frame costs after something has moved, over a frame in which nothing
-// has. One thread, the park under 64 lights; of the caches' frame a part, since its first fill takes minutes.
+// The rows of "Scenes that move": what a frame of a film of the park costs in visibility, after something has
+// moved, over the next one, in which nothing has; and a flight through it, over hard shadows. One thread.
 
+#include "embree_rays.hpp"
 #include "lamp_share.hpp"
 #include "mesh_frame.hpp"
-#include "workloads.hpp"
+#include "render/embree_scene.hpp"
+#include "render/text_table.hpp"
+#include "render/view.hpp"
+#include "scene/film.hpp"
+#include "scene/random.hpp"
+#include "surface_end.hpp"
 
 #include <lightmesh/lightmesh.hpp>
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstdio>
+#include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace {
 
 using bench::seconds;
+using lightmesh::SurfacePoint;
 
 using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
 
-/// Asks for all lights at all points, tile by tile.
+constexpr float lamp_radius = 1.0f;
+constexpr double frame_length = 1.0 / 24.0;
+
+/// What a renderer asks for in a frame: tile by tile of 16x16 pixels, or every so many of these.
+class Picture {
+public:
+    Picture(const demo::EmbreeScene& scene, int width, int height, std::size_t every) {
+        const demo::Camera& camera = scene.scene().camera;
+        const bench::ShadingPoints points(scene, width, height);
+        const float pixel_angle = demo::View(camera, width, height).pixel_angle();
+        for (std::size_t t = 0; t < points.tile_count(); t += every) {
+            const bench::Points tile = points.tile(t);
+            tiles_.emplace_back();
+            for (std::size_t i = 0; i < tile.size(); ++i)
+                tiles_.back().push_back(
+                    {.position = tile.positions[i],
+                     .normal = tile.normals[i],
+                     .footprint = pixel_angle * glm::distance(tile.positions[i], camera.eye)});
+            size_ += tile.size();
+        }
+    }
+
+    std::span<const std::vector<SurfacePoint>> tiles() const { return tiles_; }
+    double size() const { return static_cast<double>(size_); }
+
+private:
+    std::vector<std::vector<SurfacePoint>> tiles_;
+    std::size_t size_ = 0;
+};
+
+/// The park as a film, with its lamps.
+class Park {
+public:
+    explicit Park(const demo::Moving& moving)
+        : film_(demo::load_animated("park"), moving), scene_(film_.scene(), demo::EmbreeScene::For::films) {}
+
+    const demo::EmbreeScene& scene() const { return scene_; }
+    std::vector<lightmesh::Light> lamps() const { return bench::sphere_lamps(film_.scene(), lamp_radius); }
+
+    /// Goes to a frame, with the BVH.
+    demo::SceneChange go_to(int frame) {
+        demo::SceneChange change = film_.go_to(frame * frame_length);
+        if (change.changes_triangles())
+            scene_.update(change);
+        return change;
+    }
+
+    lightmesh::LightMesh<demo::EmbreeIntersector> linked() const {
+        return {scene_.intersector(), lamps(), lightmesh::Settings{.radius = film_.scene().radius}};
+    }
+    Cache cache() const {
+        return {scene_.intersector(), lamps(),
+                lightmesh::CacheSettings{.spacing = 0.25f * film_.scene().radius}};
+    }
+
+private:
+    demo::Film film_;
+    demo::EmbreeScene scene_;
+};
+
 template <class Subject>
-void ask_all(const Subject& subject, const bench::ShadingPoints& points) {
+void ask(const Subject& subject, const Picture& picture) {
     std::vector<float> values;
-    for (std::size_t t = 0; t < points.tile_count(); ++t) {
-        const bench::Points tile = points.tile(t);
+    for (const std::vector<SurfacePoint>& tile : picture.tiles()) {
         values.resize(tile.size() * subject.light_count());
-        subject.visibility(tile.positions, tile.normals, values);
+        subject.visibility(tile, values);
     }
 }
 
-/// What was found for the points, as one number: of the same values the same.
+/// In how many of some points anything differs from what another one says.
 template <class Subject>
-double sum_of(const Subject& subject, const bench::ShadingPoints& points) {
-    const bench::ShadingPoints sample = points.sample(20);
-    std::vector<float> values;
-    double sum = 0.0;
-    for (std::size_t t = 0; t < sample.tile_count(); ++t) {
-        const bench::Points tile = sample.tile(t);
-        values.resize(tile.size() * subject.light_count());
-        subject.visibility(tile.positions, tile.normals, values);
-        for (std::size_t i = 0; i < values.size(); ++i)
-            sum += static_cast<double>(values[i]) * static_cast<double>(1 + i % 97);
-    }
-    return sum;
+std::size_t differing_points(const Subject& subject, const Subject& other, const Picture& picture) {
+    std::size_t differing = 0;
+    std::vector<float> values(subject.light_count());
+    std::vector<float> expected(values.size());
+    for (std::size_t t = 0; t < picture.tiles().size(); t += 16)
+        for (std::size_t i = 0; i < picture.tiles()[t].size(); i += 32) {
+            subject.visibility(picture.tiles()[t][i], values);
+            other.visibility(picture.tiles()[t][i], expected);
+            differing += values != expected ? 1u : 0u;
+        }
+    return differing;
 }
 
-/// The least times of some frames: after a change, of it what the change itself took, and of the frames after
-/// those, in which nothing changes.
-constexpr int frames = 6;
-struct MovingTime {
+/// Tells a mesh or a cache what has changed from frame to frame.
+template <class Subject>
+void tell(Subject& subject, const demo::SceneChange& change, const std::vector<lightmesh::Light>& lamps) {
+    for (const std::size_t i : change.lights)
+        subject.set_light(i, lamps[i]);
+    if (!change.boxes.empty())
+        subject.scene_changed(change.boxes);
+}
+
+/// The least times of some frames in which something moves, over those of the next ones, in which nothing
+/// does.
+template <class Make>
+void time_moves(const std::string& what, const demo::Moving& moving, const Make& make, std::size_t every,
+                double to_reach) {
+    Park park(moving);
+    auto subject = make(park);
+    ask(subject, Picture(park.scene(), 960, 720, every));
     double frame = 1e9;
     double update = 0.0;
     double warm = 1e9;
-};
-template <class Subject, class Change>
-MovingTime time_frames(Subject& subject, const bench::ShadingPoints& points, const Change& change) {
-    MovingTime least;
-    for (int frame = 0; frame < frames; ++frame) {
-        const double update = seconds([&] { change(frame); });
-        const double all = update + seconds([&] { ask_all(subject, points); });
-        if (all < least.frame) {
-            least.frame = all;
-            least.update = update;
+    constexpr int frames = 6;
+    for (int number = 1; number <= frames; ++number) {
+        const demo::SceneChange change = park.go_to(number);
+        const Picture picture(park.scene(), 960, 720, every);
+        const std::vector<lightmesh::Light> lamps = park.lamps();
+        const double telling = seconds([&] { tell(subject, change, lamps); });
+        const double all = telling + seconds([&] { ask(subject, picture); });
+        if (all < frame) {
+            frame = all;
+            update = telling;
         }
-        least.warm = (std::min)(least.warm, seconds([&] { ask_all(subject, points); }));
+        warm = (std::min)(warm, seconds([&] { ask(subject, picture); }));
     }
-    return least;
+    const auto fresh = make(park);
+    const std::size_t differing = differing_points(subject, fresh, Picture(park.scene(), 960, 720, every));
+    bench::print_row(what + ", over the warm frame", frame / warm, to_reach, false,
+                     demo::fixed(warm, 3) + " s a warm frame of " + std::to_string(subject.light_count()) +
+                         " lamps; the update itself " + demo::fixed(update / warm, 4) + " of it; " +
+                         std::to_string(differing) + " sampled points differ from a new one's");
 }
 
-void print(const std::string& what, const MovingTime& time, double to_reach) {
-    std::vector<char> text(120);
-    std::snprintf(text.data(), text.size(), "%.3g s a warm frame; the update itself %.2g of it", time.warm,
-                  time.update / time.warm);
-    bench::print_row(what + ", over the warm frame", time.frame / time.warm, to_reach, false, text.data());
+/// Strengths are the renderer's: the same lights are set again.
+template <class Make>
+void time_strengths(const std::string& what, const Make& make, std::size_t every) {
+    Park park({.objects = false, .lights = false, .camera = false});
+    auto subject = make(park);
+    const Picture picture(park.scene(), 960, 720, every);
+    const std::vector<lightmesh::Light> lamps = park.lamps();
+    ask(subject, picture);
+    double frame = 1e9;
+    double warm = 1e9;
+    for (int i = 0; i < 6; ++i) {
+        warm = (std::min)(warm, seconds([&] { ask(subject, picture); }));
+        frame = (std::min)(frame, seconds([&] {
+                               for (std::size_t l = 0; l < lamps.size(); ++l)
+                                   subject.set_light(l, lamps[l]);
+                               ask(subject, picture);
+                           }));
+    }
+    bench::print_row(what + ": all lights' strengths change, over the warm frame", frame / warm, 1.0, false,
+                     "0.95 to 1.05 is the noise");
 }
 
-template <class Subject, class Make>
-void time_moves(const std::string& name, const Make& make, const bench::ShadingPoints& points,
-                double light_to_reach) {
-    Subject subject = make();
-    ask_all(subject, points);
-    const std::vector<lightmesh::Light> lights(subject.lights().begin(), subject.lights().end());
-    constexpr std::size_t mover = 17;
-    const auto moved = [&](int frame) {
-        auto light = std::get<lightmesh::PointLight>(lights[mover]);
-        light.position.x += 0.1f * static_cast<float>(frame + 1);
-        return light;
+/// ns a point of one shadow ray to each facing light, and of 16 in a packet to each facing lamp.
+struct RayTimes {
+    double hard;
+    double lamps;
+};
+RayTimes time_rays(const Park& park, const Picture& picture) {
+    bench::Occlusion tracer(park.scene().handle(), true);
+    bench::Occlusion single(park.scene().handle(), false);
+    demo::Random random(1);
+    std::vector<glm::vec3> at;
+    for (const lightmesh::Light& lamp : park.lamps())
+        at.push_back(std::get<lightmesh::PointLight>(lamp).position);
+    double points = 0.0;
+    const auto for_facing = [&](std::size_t every, const auto& trace) {
+        points = 0.0;
+        for (std::size_t t = 0; t < picture.tiles().size(); t += every)
+            for (const SurfacePoint& point : picture.tiles()[t]) {
+                const glm::vec3 from = bench::surface_end(point.position, point.normal);
+                for (const glm::vec3& lamp : at)
+                    if (glm::dot(point.normal, lamp - point.position) >= 0.0f)
+                        trace(from, lamp);
+                points += 1.0;
+            }
     };
-    print(name + ": one of 64 lights moves a little each frame",
-          time_frames(subject, points, [&](int frame) { subject.set_light(mover, moved(frame)); }),
-          light_to_reach);
-    print(name + ": all 64 lights' strengths change",
-          time_frames(subject, points,
-                      [&](int) {
-                          for (std::size_t i = 0; i < lights.size(); ++i)
-                              subject.set_light(i, subject.lights()[i]);
-                      }),
-          1.05);
-    // A box of the size of a swing, which stands for what moves in it.
-    const lightmesh::Bounds swing{{-3.0f, -2.0f, 0.5f}, {-2.0f, -0.5f, 2.0f}};
-    print(name + ": a swing moves", time_frames(subject, points, [&](int) { subject.scene_changed(swing); }),
-          1.5);
-    const double sum = sum_of(subject, points);
-    Subject fresh = make();
-    fresh.set_light(mover, moved(frames - 1));
-    std::printf("| %s: what a new one finds for the last frame | %s | | | |\n", name.c_str(),
-                sum_of(fresh, points) == sum ? "the same" : "NOT THE SAME");
+    const double hard = seconds([&] {
+        for_facing(8, [&](const glm::vec3& from, const glm::vec3& lamp) {
+            RTCRay ray = bench::make_ray(from, lamp);
+            single.trace(ray);
+        });
+    });
+    const double hard_ns = 1e9 * hard / points;
+    const double area = seconds([&] {
+        for_facing(64, [&](const glm::vec3& from, const glm::vec3& lamp) {
+            bench::open_share(tracer, from, lamp, lamp_radius, 16, random);
+        });
+    });
+    return {hard_ns, 1e9 * area / points};
+}
+
+/// A flight through a park in which nothing else moves.
+template <class Make>
+void time_flight(const std::string& name, const Make& make, int frames, int width, int height,
+                 std::size_t every, double lamps_to_reach) {
+    Park park({.objects = false, .lights = false, .camera = true});
+    const auto subject = make(park);
+    double first = 0.0;
+    double later = 0.0;
+    double hard = 0.0;
+    double lamps = 0.0;
+    for (int number = 0; number < frames; ++number) {
+        park.go_to(number);
+        const Picture picture(park.scene(), width, height, every);
+        const double time = seconds([&] { ask(subject, picture); });
+        (number == 0 ? first : later) += time;
+        if (number % 12 != 1)
+            continue;
+        const RayTimes rays = time_rays(park, picture);
+        hard = 1e-9 * rays.hard * picture.size();
+        lamps = 1e-9 * rays.lamps * picture.size();
+    }
+    const double frame = later / (frames - 1);
+    const std::string beside = "first frame " + demo::fixed(first, 1) + " s, later ones " +
+                               demo::fixed(frame, 2) + " s, hard shadows " + demo::fixed(hard, 2) +
+                               " s, 16-ray lamps " + demo::fixed(lamps, 1) + " s";
+    const std::string what = name + ": " + std::to_string(frames) + " frames of the flight, " +
+                             std::to_string(width) + "x" + std::to_string(height) +
+                             (every > 1 ? ", every " + std::to_string(every) + "th tile" : "");
+    bench::print_row(what + ", a frame after the first over hard shadows", frame / hard, 0.25, false, beside);
+    bench::print_row(what + ", 16-ray lamps over all of it", lamps * frames / (first + later), lamps_to_reach,
+                     true, beside);
 }
 
 }  // namespace
 
 int main() {
+    const auto linked = [](const Park& park) {
+        return park.linked();
+    };
+    const auto cache = [](const Park& park) {
+        return park.cache();
+    };
+    constexpr demo::Moving lantern{.objects = false, .lights = true, .camera = false};
+    constexpr demo::Moving swing{.objects = true, .lights = false, .camera = false};
     bench::print_head();
-    const bench::Workload& park = bench::workload("park", 64);
-    time_moves<bench::Mesh>(
-        "Linked", [&] { return bench::make_mesh(park, lightmesh::ShortTest::linked); }, park.points, 1.15);
-    std::vector<lightmesh::Light> lamps = bench::lights_of(park);
-    for (lightmesh::Light& lamp : lamps)
-        std::get<lightmesh::PointLight>(lamp).radius = 1.0f;
-    time_moves<Cache>(
-        "cache",
-        [&] {
-            return Cache{park.scene.intersector(), lamps,
-                         lightmesh::CacheSettings{.spacing = 0.25f * park.radius}};
-        },
-        park.points.part(40000), 2.0);
+    time_moves("Linked: the lantern moves", lantern, linked, 1, 1.15);
+    time_moves("Linked: swing and walker move", swing, linked, 1, 1.5);
+    time_strengths("Linked", linked, 1);
+    time_flight("Linked", linked, 48, 960, 720, 1, 40.0);
+    time_moves("cache: the lantern moves", lantern, cache, 16, 2.0);
+    time_moves("cache: swing and walker move", swing, cache, 16, 1.5);
+    time_strengths("cache", cache, 16);
+    time_flight("cache", cache, 48, 480, 360, 8, 40.0);
 }

@@ -690,7 +690,7 @@ TEST_CASE("visibility cache: points at the border of what is allowed") {
     CHECK(cache.visibility(glm::vec3(1.5f, 0.0f, 0.0f), up, 1) == 0.0f);  // outside the cone
     for (const CacheSettings& settings :
          {CacheSettings{.spacing = 0.0f}, CacheSettings{.spacing = not_a_number}, CacheSettings{.detail = 7},
-          CacheSettings{.detail = -1}, CacheSettings{.lamp_rays = 0}, CacheSettings{.lamp_rays = 65},
+          CacheSettings{.detail = -1}, CacheSettings{.lamp_rays = 0}, CacheSettings{.lamp_rays = 257},
           CacheSettings{.origin = {not_a_number, 0.0f, 0.0f}}})
         CHECK_THROWS_AS((VisibilityCache{HitTracer{&scene}, lights, settings}), std::invalid_argument);
     const VisibilityCache dark{HitTracer{&scene}, std::vector<Light>{}, CacheSettings{}};

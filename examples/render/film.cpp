@@ -337,6 +337,8 @@ void add_film_command(CLI::App& program, int& status) {
     const auto options = std::make_shared<FilmOptions>();
     CLI::App* command = program.add_subcommand(
         "film", "render a film of park, rooms, spheres, or of a glTF file with an animation");
+    // What rays miss flickers where something moves, as it does not in a still picture.
+    options->visibility.cache.lamp_rays = 256;
     add_scene_options(*command, *options);
     command->add_option("-a,--algorithm", options->algorithm, "how shadows are found")
         ->check(CLI::IsMember(algorithm_names()))

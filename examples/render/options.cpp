@@ -171,7 +171,7 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
         ->check(CLI::Range(0, 6))
         ->capture_default_str();
     command.add_option("--lamp-rays", cache.lamp_rays, "rays of 'cache' from a record to a lamp, at most")
-        ->check(CLI::Range(1, 64))
+        ->check(CLI::Range(1, 256))
         ->capture_default_str();
     command.add_option("--short-test", options.short_test, "of lmm: does a surface point see a light point?")
         ->check(CLI::IsMember({"exact", "linked", "none"}))

@@ -131,7 +131,7 @@ void add_choices(CLI::App& program, TuneOptions& options) {
         ->check(finite_positive);
     add_list("--detail", options.details, "how often caches halve g; default: 2,3")->check(CLI::Range(0, 6));
     add_list("--lamp-rays", options.lamp_rays, "rays of caches to a lamp to try; default: 16,64")
-        ->check(CLI::Range(1, 64));
+        ->check(CLI::Range(1, 256));
     program
         .add_option_function<std::string>(
             "--caches", [&options](const std::string& text) { options.caches = text == "on"; },

@@ -16,7 +16,7 @@ struct CacheSettings {
     float spacing = 0.25f;
     /// How often g is halved along penumbrae: records lie down to g / 2^detail apart. In [0, 6].
     int detail = 3;
-    /// Rays to one lamp from one record, at most, not counting eight to its rim: in [1, 64]. The rim and two
+    /// Rays to one lamp from one record, at most, not counting eight to its rim: in [1, 256]. The rim and two
     /// rays first, the others only if those disagree; levels of g / 4 take up to a half, finer ones up to a
     /// quarter, but not below 16. A lamp of size 0 takes one; below 16 there is no rim.
     int lamp_rays = 64;

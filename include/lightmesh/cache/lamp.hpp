@@ -119,10 +119,10 @@ public:
             }
         }
 
-        /// The i-th ray of up to 64.
+        /// The i-th ray of up to `most_pattern_points`.
         Segment ray(std::size_t i) const {
             const glm::dvec2 at = is_rectangle_ ? square_point(static_cast<std::uint32_t>(i), turn_bits_)
-                                                : disc_point(i, turn_);
+                                                : disc_point_beyond(i);
             return to(middle_ + at.x * u_ + at.y * v_);
         }
         /// The i-th of eight rays to the lamp's rim: where some of it is hidden by something large, they
@@ -136,6 +136,14 @@ public:
     private:
         Segment to(const glm::dvec3& way) const {
             return {origin_, glm::vec3(glm::dvec3(origin_) + share_ * way)};
+        }
+
+        /// Beyond the points of the disc come the same again, turned by a sixteenth of a turn each time.
+        glm::dvec2 disc_point_beyond(std::size_t i) const {
+            if (i < disc_points.size())
+                return disc_point(i, turn_);
+            const auto turns = static_cast<std::uint32_t>(i / disc_points.size());
+            return disc_point(i % disc_points.size(), turn_of(turn_bits_ + 256u * turns));
         }
 
         /// The disc of this radius that faces the origin. Basis: Duff et al., "Building an Orthonormal Basis,

@@ -47,7 +47,10 @@ inline glm::dvec2 turn_of(std::uint32_t bits) {
     }
 }
 
-/// A point of the unit disc.
+/// The most points of a pattern.
+inline constexpr std::size_t most_pattern_points = 256;
+
+/// The i-th point of the unit disc, i < 64, turned.
 inline glm::dvec2 disc_point(std::size_t i, const glm::dvec2& turn) {
     const double x = disc_points[i][0] / 1024.0;
     const double y = disc_points[i][1] / 1024.0;
@@ -60,7 +63,7 @@ inline glm::dvec2 square_point(std::uint32_t i, std::uint32_t bits) {
     std::uint32_t x = 0;
     std::uint32_t y = 0;
     std::uint32_t direction = 0x8000u;
-    for (int digit = 0; digit < 6; ++digit) {
+    for (int digit = 0; digit < 8; ++digit) {
         if ((i >> digit & 1u) != 0) {
             x ^= 0x8000u >> digit;
             y ^= direction;

@@ -35,8 +35,8 @@ public:
                 settings.spacing, "greater than 0 and at most 1e18");
         require(settings.detail >= 0 && settings.detail <= 6, "CacheSettings::detail", settings.detail,
                 "in [0, 6]");
-        require(settings.lamp_rays >= 1 && settings.lamp_rays <= 64, "CacheSettings::lamp_rays",
-                settings.lamp_rays, "in [1, 64]");
+        require(settings.lamp_rays >= 1 && settings.lamp_rays <= 256, "CacheSettings::lamp_rays",
+                settings.lamp_rays, "in [1, 256]");
         const glm::vec3& origin = settings.origin;
         const bool is_default = std::isnan(origin.x) && std::isnan(origin.y) && std::isnan(origin.z);
         require(is_default || (is_finite(origin) && largest_component(origin) <= 1e18f),

@@ -58,7 +58,7 @@ struct Choices {
     std::vector<int> shadow_map_sizes{512, 1024};      ///< only for shadow maps
     std::vector<float> spacings{};       ///< g of caches, world units: a quarter of a radius is a good start
     std::vector<int> details{2, 3};      ///< halvings of g
-    std::vector<int> lamp_rays{16, 64};  ///< in [1, 64]
+    std::vector<int> lamp_rays{16, 64};  ///< in [1, 256]
 };
 
 /// All combinations, radius by radius; within a radius the qualities rise. Caches come last.
