@@ -190,16 +190,17 @@ public:
         detail::Merge(*levels_, from, long_test(), changed).run();
     }
 
-    /// Puts another light in the place of light i: what was found of that is forgotten, and nothing else. One
-    /// that differs in size only costs nothing. An exclusive call. Throws std::out_of_range for a light that
-    /// is not there, and what the constructor throws for one that is not right; nothing has changed then.
+    /// Puts another light in the place of light i: what was found of the old one is forgotten, and nothing
+    /// else; of one that differs in size only nothing is. An exclusive call. Throws std::out_of_range for a
+    /// light that is not there, and what the constructor throws for one that is not right; nothing has
+    /// changed then.
     void set_light(std::size_t i, const Light& light) {
         check_light_exists(i);
         levels_->set_light(i, light);
         free_.take(i);
     }
     /// Adds a light and returns its number: the lowest that a removed light has left, else one more than the
-    /// last, for which all that is known is copied. An exclusive call. Throws as above.
+    /// last, for which all that is known is copied as by `compact`. An exclusive call. Throws as above.
     std::size_t add_light(const Light& light) {
         if (!free_.is_empty()) {
             const std::size_t i = free_.lowest();
@@ -244,13 +245,17 @@ public:
         if (bytes > settings().memory_budget) {
             const double share =
                 0.75 * static_cast<double>(settings().memory_budget) / static_cast<double>(bytes);
-            levels_ = std::make_unique<Levels>(*levels_, lights(), levels_->ages().most_of(share));
+            const detail::FrameAges ages = levels_->ages();
+            if (const int frames = ages.most_of(share); ages.has_older(frames))
+                levels_ = std::make_unique<Levels>(*levels_, lights(), frames);
         }
         levels_->next_frame();
     }
 
-    /// Copies all that the mesh knows to memory without gaps, and gives back what updates have left behind:
-    /// both are there for a moment. An exclusive call. Throws std::bad_alloc; nothing has changed then.
+    /// Copies what the mesh knows to memory without gaps, and gives back what updates have left behind: both
+    /// are there for a moment. Lights are kept in groups of eight: where one of a group was forgotten and not
+    /// found again yet, the others go with it. So it is with snapshots. An exclusive call. Throws
+    /// std::bad_alloc; nothing has changed then.
     void compact() { levels_ = std::make_unique<Levels>(*levels_, lights()); }
 
     /// What the mesh holds by now. Walks over all of it.

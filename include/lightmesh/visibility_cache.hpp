@@ -192,7 +192,7 @@ public:
     }
     /// Adds a light and returns its number: the lowest that a removed light has left, else one more than the
     /// last. An exclusive call. Throws as above.
-    std::size_t add_light(const Light& light) { return store_->add_light(light); }
+    std::size_t add_light(Light light) { return store_->add_light(light); }
     /// Light i is out: S = 0 from now on. The other lights keep their numbers. An exclusive call. Throws
     /// std::out_of_range for a light that is not there, or was removed before.
     void remove_light(std::size_t i) {
@@ -205,6 +205,7 @@ public:
     /// or fell through; what others see of lamps behind them; links. An exclusive call. Throws
     /// std::invalid_argument that names a box whose corners are not finite or in the wrong order; nothing has
     /// changed then.
+    /// Of blur rows also what the mesh's `scene_changed` throws.
     void scene_changed(std::span<const Bounds> boxes) {
         detail::check_changed(boxes);
         if constexpr (!std::same_as<Rows, LampRows>)

@@ -65,7 +65,7 @@ public:
         if (is_nothing())
             return lights;
         const Bounds from = eye_of(record);
-        if (rows_.is_mesh != 0 && (shows_beyond() || meets_any(from, boxes_)))
+        if (rows_.is_mesh != 0 && (!sees_by_rays() || meets_any(from, boxes_)))
             return 0;
         return lights & ~changed_from(from, tile, lights & changed_in_block(from, tile));
     }
@@ -120,13 +120,15 @@ private:
         const bool in_air = !key.is_probe() && key.what() >= static_cast<std::uint32_t>(RecordKind::air);
         const glm::vec3 start = key.is_probe() ? probe_start(lattice_, key.index(), way, key.level())
                                                : lattice_.position(key.index(), key.level());
+        // Slopes are found from places an eighth of a step beside, which may lie a quarter deeper.
         const float length = in_air                   ? 0.0f
-                             : record.is_on_surface() ? record.fall
+                             : record.is_on_surface() ? record.fall + 0.13f * step
                                                       : (key.is_probe() ? 4.0f : 2.5f) * step;
         const glm::vec3 end = start - length * way.up();
         // A probe's rays start a quarter of a step to its sides.
         const float aside = key.is_probe() ? 0.3f * step : 0.0f;
-        return widened({(glm::min)(start, end), (glm::max)(start, end)}, aside + slack_of(key));
+        return widened({(glm::min)(start, end), (glm::max)(start, end)},
+                       aside + slack_of(key) + greatest_offset(start));
     }
 
     /// From where a record sees the lights.
@@ -136,15 +138,17 @@ private:
         const glm::vec3 place = column_of(lattice_, record, record.key.way(), false).place;
         // A mesh's values depend on light points within its radius, on others of their bricks, and on links
         // between them.
-        return widened({place, place}, rows_.is_mesh != 0 ? rows_.radius * (1.0f + 4.0f / rows_.quality)
-                                                          : slack_of(record.key));
+        const float reach =
+            rows_.is_mesh != 0 ? rows_.radius * (1.0f + 4.0f / rows_.quality) : slack_of(record.key);
+        return widened({place, place}, reach + greatest_offset(place));
     }
 
-    /// Texels of a shadow map show what lies beyond a point, too, and to its sides.
-    bool shows_beyond() const {
-        const auto kind = static_cast<LongTest>(rows_.long_tests);
-        return rows_.is_mesh != 0 && (kind == LongTest::shadow_maps || kind == LongTest::refined_shadow_maps);
-    }
+    /// How far off a surface rays start there, and more: see `off_surface`.
+    static float greatest_offset(const glm::vec3& place) { return 0x1p-18f * largest_component(place); }
+
+    /// Texels of a shadow map show what lies beyond a point, too, and to its sides; how a directional light
+    /// looks at shadow volumes depends on where all triangles are.
+    bool sees_by_rays() const { return static_cast<LongTest>(rows_.long_tests) == LongTest::rays; }
 
     /// Rays to all of a lamp pass within its size of those to its centre.
     static bool is_between(const Bounds& from, const Lamp& lamp, const Bounds& box) {

@@ -40,17 +40,12 @@ public:
             tiles_.push_back(tile_of(tiles_.size()));
     }
 
-    /// Throws as above, and std::bad_alloc; nothing has changed then. Nobody may use the table meanwhile.
-    void set(std::size_t i, const Light& light) {
-        check_light(light, "light " + to_text(i));
-        const Lamp before = std::exchange(lamps_[i], Lamp(light));
-        try {
-            tiles_[i / lamps_per_tile] = tile_of(i / lamps_per_tile);
-        } catch (...) {
-            lamps_[i] = before;
-            throw;
-        }
-    }
+    /// A lamp that was replaced, with its tile.
+    struct Replaced;
+    /// Puts a light in the place of another; `restore` takes that back. Throws as above, and std::bad_alloc;
+    /// nothing has changed then. Nobody may use the table meanwhile.
+    Replaced set(std::size_t i, const Light& light);
+    void restore(Replaced&& replaced) noexcept;
     /// The same for a light behind all others.
     void add(const Light& light) {
         check_count(size() + 1);
@@ -157,5 +152,30 @@ private:
     std::vector<Lamp> lamps_;
     std::vector<Tile> tiles_;
 };
+
+struct LampTable::Replaced {
+    std::size_t light;
+    Lamp lamp;
+    Tile tile;
+};
+
+inline LampTable::Replaced LampTable::set(std::size_t i, const Light& light) {
+    check_light(light, "light " + to_text(i));
+    const std::size_t t = i / lamps_per_tile;
+    Replaced replaced{i, lamps_[i], {}};
+    lamps_[i] = Lamp(light);
+    try {
+        replaced.tile = std::exchange(tiles_[t], tile_of(t));
+    } catch (...) {
+        lamps_[i] = replaced.lamp;
+        throw;
+    }
+    return replaced;
+}
+
+inline void LampTable::restore(Replaced&& replaced) noexcept {
+    lamps_[replaced.light] = replaced.lamp;
+    tiles_[replaced.light / lamps_per_tile] = std::move(replaced.tile);
+}
 
 }  // namespace lightmesh::detail

@@ -100,8 +100,8 @@ private:
                     continue;
                 const TileRow theirs = from_.row(stored, tile.tile);
                 const TileRow mine = list.gather(tile.tile);
-                std::uint64_t both = theirs.known & mine.known & same_[tile.tile] &
-                                     change_.unchanged(made, tile.tile, theirs.known);
+                std::uint64_t both = theirs.known & mine.known & same_[tile.tile];
+                both &= change_.unchanged(made, tile.tile, both);
                 compared += static_cast<std::uint64_t>(std::popcount(both));
                 for (; both != 0; both &= both - 1) {
                     const int l = std::countr_zero(both);
@@ -121,6 +121,7 @@ private:
         if (change_.moves(made))
             return;
         Record& own = *store_.table().add(made);
+        store_.mark_used(own);
         if (!is_same(own, stored))
             return;
         if (!change_.relinks(made))

@@ -76,6 +76,11 @@ public:
 
     /// All records so far.
     RecordTable& table() const { return *table_; }
+    /// Notes that somebody asks for a record in this frame.
+    void mark_used(const Record& record) const {
+        if (record.used.load(std::memory_order_relaxed) != frame_)
+            const_cast<Record&>(record).used.store(frame_, std::memory_order_relaxed);
+    }
     /// Whether nothing more is to be kept.
     bool is_full() const {
         return settings_.memory_budget != (std::numeric_limits<std::size_t>::max)() &&
@@ -212,12 +217,12 @@ public:
         });
     }
 
-    /// Adds a light, and returns its number. Throws as above.
+    /// Adds a light, which is not one of `user_lights`, and returns its number. Throws as above.
     std::size_t add_light(const Light& light) {
         if constexpr (has_mesh) {
             LampTable more = lamps_;
             more.add(light);
-            user_lights_.reserve(user_lights_.size() + 1);
+            make_room_for_light();
             const std::size_t i = rows_.mesh.add_light(light);
             if (i < lamps_.size()) {
                 try {
@@ -235,7 +240,7 @@ public:
                 set_light(i, light);
                 return i;
             }
-            user_lights_.reserve(user_lights_.size() + 1);
+            make_room_for_light();
             lamps_.add(light);
         }
         user_lights_.push_back(light);
@@ -314,8 +319,10 @@ public:
             FrameAges ages;
             table_->for_each_record([&](const Record& record) { ages.add(frames_unused(record)); });
             const auto least = static_cast<double>(RecordTable::least_bytes());
-            compact(ages.most_of((0.75 * static_cast<double>(settings_.memory_budget) - least) /
-                                 (static_cast<double>(table_->bytes()) - least)));
+            const int frames = ages.most_of((0.75 * static_cast<double>(settings_.memory_budget) - least) /
+                                            (static_cast<double>(table_->bytes()) - least));
+            if (ages.has_older(frames))
+                compact(frames);
         }
         ++frame_;
     }
@@ -337,6 +344,11 @@ public:
     }
 
 private:
+    void make_room_for_light() {
+        if (user_lights_.size() == user_lights_.capacity())
+            user_lights_.reserve(2 * user_lights_.size() + 1);
+    }
+
     int frames_unused(const Record& record) const {
         return static_cast<std::uint16_t>(frame_ - record.used.load(std::memory_order_relaxed));
     }
@@ -347,11 +359,11 @@ private:
     template <class Commit>
     void replace(std::size_t i, const Light& light, Commit&& commit) {
         const Light before = user_lights_[i];
-        lamps_.set(i, light);
+        LampTable::Replaced replaced = lamps_.set(i, light);
         try {
             commit();
         } catch (...) {
-            lamps_.set(i, before);
+            lamps_.restore(std::move(replaced));
             throw;
         }
         user_lights_[i] = light;
@@ -400,8 +412,7 @@ private:
     }
 
     Column stand(const Record& record, const Way& way, bool is_kept) const {
-        if (record.used.load(std::memory_order_relaxed) != frame_)
-            const_cast<Record&>(record).used.store(frame_, std::memory_order_relaxed);
+        mark_used(record);
         return column_of(lattice_, record, way, is_kept);
     }
 

@@ -76,11 +76,14 @@ public:
     void remove_last() {}
     /// How a light looks at the scene.
     LightSight sight_of(std::size_t) const { return {}; }
-    /// The scene has changed in some boxes. Returns which lights look at it in another way now, so that
-    /// nothing of them holds. Throws what reading it anew throws; nothing has changed then.
-    std::vector<bool> look_again(std::span<const Light> lights, std::span<const Bounds>) {
-        return std::vector<bool>(lights.size());
-    }
+    /// What the long tests will be made of, now that the scene has changed.
+    struct Change {
+        std::vector<bool> is_new;  ///< lights that look at it in another way: nothing of them holds
+    };
+    /// Throws what reading the scene anew throws; nothing has changed then.
+    Change prepare_change(std::span<const Light> lights) const { return {std::vector<bool>(lights.size())}; }
+    /// The scene has changed in some boxes.
+    void commit(Change&&, std::span<const Bounds>) {}
 };
 
 }  // namespace lightmesh::detail

@@ -88,23 +88,30 @@ public:
         return {3.0 * map.texel_angle(), 3.0 * map.texel_side(), SegmentEnd::beyond_point,
                 map.texel_side() > 0.0};
     }
-    /// As `RayLongTests`. Pictures that may show a box are rendered anew when they are needed.
-    std::vector<bool> look_again(std::span<const Light> lights, std::span<const Bounds> boxes) {
-        std::vector<bool> is_new(lights.size());
-        std::vector<std::unique_ptr<ShadowMap<Renderer>>> others(lights.size());
+    /// As `RayLongTests`.
+    struct Change {
+        std::vector<bool> is_new;
+        std::vector<std::unique_ptr<ShadowMap<Renderer>>> maps;  ///< of these lights
+    };
+    Change prepare_change(std::span<const Light> lights) const {
+        Change change{std::vector<bool>(lights.size()), {}};
+        change.maps.resize(lights.size());
         for (std::size_t i = 0; i < lights.size(); ++i) {
             auto map = map_of(i, lights[i]);
-            is_new[i] = !map->has_views_of(*maps_[i]);
-            if (is_new[i])
-                others[i] = std::move(map);
+            change.is_new[i] = !map->has_views_of(*maps_[i]);
+            if (change.is_new[i])
+                change.maps[i] = std::move(map);
         }
-        for (std::size_t i = 0; i < lights.size(); ++i) {
-            if (is_new[i])
-                maps_[i] = std::move(others[i]);
+        return change;
+    }
+    /// Pictures that may show a box are rendered anew when they are needed.
+    void commit(Change&& change, std::span<const Bounds> boxes) {
+        for (std::size_t i = 0; i < maps_.size(); ++i) {
+            if (change.is_new[i])
+                maps_[i] = std::move(change.maps[i]);
             else
                 maps_[i]->forget(boxes);
         }
-        return is_new;
     }
 
 private:

@@ -181,14 +181,21 @@ public:
     /// Forgets all that may have to do with changes of the scene in some boxes. Throws what the long tests
     /// throw; nothing of the mesh has changed then.
     void forget(std::span<const Bounds> boxes) {
-        for_each([](int, const Level& level) { level.data().prepare_update(); });
-        const std::vector<bool> is_new =
-            adapters_->long_tests.look_again(finest_.data().user_lights(), boxes);
+        LongTests& long_tests = adapters_->long_tests;
+        auto change = long_tests.prepare_change(finest_.data().user_lights());
         const std::vector<LightSight> of_lights = sights();
+        std::vector<MeshChange> of_levels;
+        of_levels.reserve(most_mesh_levels);
         for_each([&](int, const Level& level) {
-            MeshData& data = level.data();
-            data.reuse_superseded();
-            forgotten_ += MeshChange(data, boxes, of_lights, is_new).forget_in(data);
+            level.data().prepare_update();
+            of_levels.emplace_back(level.data(), boxes, of_lights, change.is_new);
+        });
+        // From here on nothing throws.
+        long_tests.commit(std::move(change), boxes);
+        auto of_level = of_levels.begin();
+        for_each([&](int, const Level& level) {
+            level.data().reuse_superseded();
+            forgotten_ += of_level++->forget_in(level.data());
         });
     }
 

@@ -70,7 +70,11 @@ struct NoLongTests {
     void add_light(const Light&) {}
     void remove_last() {}
     LightSight sight_of(std::size_t) const { return {}; }
-    std::vector<bool> look_again(std::span<const Light>, std::span<const Bounds>) { return {}; }
+    struct Change {
+        std::vector<bool> is_new;
+    };
+    Change prepare_change(std::span<const Light>) const { return {}; }
+    void commit(Change&&, std::span<const Bounds>) {}
 };
 
 /// The long tests that the second adapter of a light mesh stands for. Those of shadow maps and shadow volumes

@@ -57,19 +57,29 @@ public:
     void add_light(const Light& light) { volumes_.push_back(volumes_of(triangles_, volumes_.size(), light)); }
     void remove_last() { volumes_.pop_back(); }
 
+    /// As `RayLongTests`. Seen from a light far away, roundings decide about what lies next to a point.
+    LightSight sight_of(std::size_t i) const {
+        return {.fits_scene = volumes_[i].fits_triangles() || volumes_[i].distance() > 0x1p14f * step_};
+    }
     /// As `RayLongTests`.
-    LightSight sight_of(std::size_t i) const { return {.fits_scene = volumes_[i].fits_triangles()}; }
-    /// As `RayLongTests`. The triangles are read anew.
-    std::vector<bool> look_again(std::span<const Light> lights, std::span<const Bounds>) {
-        std::vector<bool> is_new(lights.size());
-        auto triangles = std::make_shared<const OccluderTriangles>(source_);
-        std::vector<ShadowVolumes> volumes = volumes_of(triangles, lights);
+    struct Change {
+        std::vector<bool> is_new;
+        std::shared_ptr<const OccluderTriangles> triangles;
+        std::vector<ShadowVolumes> volumes;
+    };
+    Change prepare_change(std::span<const Light> lights) const {
+        Change change{
+            std::vector<bool>(lights.size()), std::make_shared<const OccluderTriangles>(source_), {}};
+        change.volumes = volumes_of(change.triangles, lights);
         // Where the frame is another one, so are roundings.
         for (std::size_t i = 0; i < lights.size(); ++i)
-            is_new[i] = !volumes[i].has_frames_of(volumes_[i]);
-        triangles_ = std::move(triangles);
-        volumes_ = std::move(volumes);
-        return is_new;
+            change.is_new[i] = !change.volumes[i].has_frames_of(volumes_[i]) ||
+                               (sight_of(i).fits_scene && !volumes_[i].fits_triangles());
+        return change;
+    }
+    void commit(Change&& change, std::span<const Bounds>) {
+        triangles_ = std::move(change.triangles);
+        volumes_ = std::move(change.volumes);
     }
 
 private:

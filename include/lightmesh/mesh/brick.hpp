@@ -67,7 +67,7 @@ constexpr std::uint32_t cell_bits(std::uint64_t mask) {
 }
 
 /// One cell and all lights of a tile: bit p of byte l is V(L, x) of light l from the cell's light point p.
-/// Never changes once its index is known.
+/// Does not change as long as its index is known.
 struct alignas(16) CellRow {
     std::array<std::uint8_t, lights_per_tile> bytes;
 };

@@ -45,8 +45,8 @@ struct ForgottenLights {
 };
 
 /// All that is known about light points: settings, lights, and what has been found out so far. Knows no
-/// tracer. Any number of threads may read, through a `view`, while others add to it; what is there never
-/// changes, and what two threads add at once is the same.
+/// tracer. Any number of threads may read, through a `view`, while others add to it; what is there does not
+/// change then, and what two threads add at once is the same.
 ///
 /// What changes lights or forgets something is for one thread, while nobody else uses the data.
 class MeshData {
@@ -103,6 +103,7 @@ public:
         Brick& brick = bricks_[index];
         brick.coord = {coord.x, coord.y, coord.z};
         brick.tiles = tiles;
+        brick.used = frame_;
         store_release(place, index + 1);
         return brick;
     }
@@ -415,6 +416,8 @@ private:
     void note_superseded(const std::array<std::uint32_t, cells_per_brick>& before,
                          const std::array<std::uint32_t, cells_per_brick>& after) {
         const std::scoped_lock lock(superseding_);
+        if (superseded_.capacity() - superseded_.size() < before.size())
+            superseded_.reserve(2 * superseded_.size() + before.size());
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
             if (before[cell] != 0 && before[cell] != after[cell])
                 superseded_.push_back(before[cell]);

@@ -78,13 +78,15 @@ inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& b
         else if (at_start > limit)
             last = -infinity;
     };
+    // A tracer in floats errs by its largest coordinates.
+    const auto size = [](const glm::vec3& corner) {
+        return static_cast<double>(largest_component(corner));
+    };
+    const double slack = 1e-6 * (size(from.low) + size(from.high) + size(box.low) + size(box.high));
     for (int axis = 0; axis < 3; ++axis) {
         const auto low = static_cast<double>(from.low[axis]);
         const auto high = static_cast<double>(from.high[axis]);
         const auto at = static_cast<double>(light.at[axis]);
-        const double slack =
-            1e-6 * (std::abs(low) + std::abs(high) + std::abs(static_cast<double>(box.low[axis])) +
-                    std::abs(static_cast<double>(box.high[axis])));
         keep_below(low, light.is_directional ? at : at - low, static_cast<double>(box.high[axis]) + slack);
         keep_below(-high, light.is_directional ? -at : high - at, slack - static_cast<double>(box.low[axis]));
     }

@@ -18,8 +18,7 @@ public:
         ++all_;
     }
 
-    /// How many frames those may have gone unused at most that are to be kept, so that they are no more than
-    /// a share of all; 0 if those of the last frame are more already: they are kept always.
+    /// The greatest age for which all that are no older are at most a share of all; 0 at least.
     int most_of(double share) const {
         std::size_t kept = counts_[0];
         int frames = 0;
@@ -30,6 +29,12 @@ public:
             ++frames;
         }
         return frames;
+    }
+
+    /// Whether any are older.
+    bool has_older(int frames) const {
+        return std::any_of(counts_.begin() + frames + 1, counts_.end(),
+                           [](std::size_t count) { return count != 0; });
     }
 
 private:
