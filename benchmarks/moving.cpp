@@ -7,6 +7,7 @@
 #include "lamp_share.hpp"
 #include "mesh_frame.hpp"
 #include "render/embree_scene.hpp"
+#include "render/follow_scene.hpp"
 #include "render/text_table.hpp"
 #include "render/view.hpp"
 #include "scene/film.hpp"
@@ -117,15 +118,6 @@ std::size_t differing_points(const Subject& subject, const Subject& other, const
     return differing;
 }
 
-/// Tells a mesh or a cache what has changed from frame to frame.
-template <class Subject>
-void tell(Subject& subject, const demo::SceneChange& change, const std::vector<lightmesh::Light>& lamps) {
-    for (const std::size_t i : change.lights)
-        subject.set_light(i, lamps[i]);
-    if (!change.boxes.empty())
-        subject.scene_changed(change.boxes);
-}
-
 /// The least times of some frames in which something moves, over those of the next ones, in which nothing
 /// does.
 template <class Make>
@@ -142,7 +134,7 @@ void time_moves(const std::string& what, const demo::Moving& moving, const Make&
         const demo::SceneChange change = park.go_to(number);
         const Picture picture(park.scene(), 960, 720, every);
         const std::vector<lightmesh::Light> lamps = park.lamps();
-        const double telling = seconds([&] { tell(subject, change, lamps); });
+        const double telling = seconds([&] { demo::follow_scene(subject, lamps, change); });
         const double all = telling + seconds([&] { ask(subject, picture); });
         if (all < frame) {
             frame = all;

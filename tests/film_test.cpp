@@ -108,19 +108,9 @@ std::vector<lightmesh::Segment> segments_in(const lightmesh::Bounds& box, std::s
     return segments;
 }
 
-std::vector<std::uint8_t> blocked(const demo::EmbreeScene& scene,
-                                  const std::vector<lightmesh::Segment>& segments) {
+std::vector<std::uint8_t> blocked(RTCScene scene, const std::vector<lightmesh::Segment>& segments) {
     std::vector<std::uint8_t> hit(segments.size());
-    demo::EmbreeIntersector(scene.handle(), demo::EmbreeIntersector::Batches::packets)
-        .occluded(segments, hit);
-    return hit;
-}
-
-std::vector<std::uint8_t> blocked_by_blockers(const demo::EmbreeScene& scene,
-                                              const std::vector<lightmesh::Segment>& segments) {
-    std::vector<std::uint8_t> hit(segments.size());
-    demo::EmbreeIntersector(scene.blockers(), demo::EmbreeIntersector::Batches::packets)
-        .occluded(segments, hit);
+    demo::EmbreeIntersector(scene, demo::EmbreeIntersector::Batches::packets).occluded(segments, hit);
     return hit;
 }
 
@@ -284,9 +274,9 @@ TEST_CASE("an Embree scene that is fitted blocks the segments that a new one blo
             for (const lightmesh::Segment& segment : segments_in(
                      {film.scene().positions.front(), film.scene().camera.eye + glm::vec3(0, 0, 5)}, 1000))
                 segments.push_back(segment);
-            CHECK(blocked(fitted, segments) == blocked(made, segments));
-            CHECK(blocked(rebuilt, segments) == blocked(made, segments));
-            CHECK(blocked_by_blockers(fitted, segments) == blocked_by_blockers(made, segments));
+            CHECK(blocked(fitted.handle(), segments) == blocked(made.handle(), segments));
+            CHECK(blocked(rebuilt.handle(), segments) == blocked(made.handle(), segments));
+            CHECK(blocked(fitted.blockers(), segments) == blocked(made.blockers(), segments));
             CHECK(fitted.offset() == made.offset());
             CHECK(fitted.far_away() == made.far_away());
         }

@@ -30,11 +30,10 @@ public:
     /// Throws std::invalid_argument if there are more than `most_lights`, and what `check_light` throws.
     explicit LampTable(std::span<const Light> lights) {
         check_count(lights.size());
+        check_lights(lights);
         lamps_.reserve(lights.size());
-        for (const Light& light : lights) {
-            check_light(light, "light " + to_text(lamps_.size()));
+        for (const Light& light : lights)
             lamps_.emplace_back(light);
-        }
         tiles_.reserve((lights.size() + lamps_per_tile - 1) / lamps_per_tile);
         while (tiles_.size() * lamps_per_tile < lamps_.size())
             tiles_.push_back(tile_of(tiles_.size()));

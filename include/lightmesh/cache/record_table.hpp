@@ -205,14 +205,11 @@ private:
         Table& table = *part.tables.back();
         for (std::uint32_t i = 0; i <= table.mask;) {
             const std::uint32_t slot = table.slots[i].load(std::memory_order_relaxed);
-            if (slot == 0) {
+            if (slot == 0 || !goes(slot)) {
                 ++i;
                 continue;
             }
-            if (!goes(slot)) {
-                ++i;
-                continue;
-            }
+            // What moves up into the slot is looked at next.
             table.take_out(pool_, i);
             --part.count;
         }

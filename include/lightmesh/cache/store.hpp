@@ -358,7 +358,8 @@ private:
     /// Puts a light in the place of another and calls commit(), which may throw: then nothing has changed.
     template <class Commit>
     void replace(std::size_t i, const Light& light, Commit&& commit) {
-        const Light before = user_lights_[i];
+        if (record_of(light) == record_of(user_lights_[i]))
+            return commit();
         LampTable::Replaced replaced = lamps_.set(i, light);
         try {
             commit();
@@ -367,8 +368,6 @@ private:
             throw;
         }
         user_lights_[i] = light;
-        if (record_of(light) == record_of(before))
-            return;
         const std::size_t tile = i / lamps_per_tile;
         table_->for_each_record([&](const Record& record) {
             forgotten_values_ += RowList(table_->pool(), const_cast<Record&>(record).rows)

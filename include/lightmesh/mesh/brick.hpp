@@ -116,11 +116,6 @@ constexpr std::uint64_t lights_of_groups(std::uint32_t groups) {
     return lights;
 }
 
-/// One bit for each group that has one of these lights.
-constexpr std::uint32_t groups_with_lights(std::uint64_t lights) {
-    return cell_bits(lights);
-}
-
 /// One bit for each group of which a unit is set.
 constexpr std::uint32_t groups_with_units(std::uint64_t units) {
     units |= units >> 32;

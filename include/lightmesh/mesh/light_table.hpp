@@ -211,12 +211,11 @@ private:
           reach_(static_cast<float>(grid.step() * Grid::max_index)) {}
 
     static std::vector<LightShape> checked(std::span<const Light> lights) {
+        check_lights(lights);
         std::vector<LightShape> shapes;
         shapes.reserve(lights.size());
-        for (std::size_t i = 0; i < lights.size(); ++i) {
-            check_light(lights[i], "light " + to_text(i));
-            shapes.push_back(shape_of(lights[i]));
-        }
+        for (const Light& light : lights)
+            shapes.push_back(shape_of(light));
         return shapes;
     }
 

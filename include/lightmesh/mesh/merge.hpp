@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
@@ -39,6 +40,14 @@ struct MergeRules {
     bool is_plain_copy = false;  ///< all lights are the same, in the same places, and nothing has changed
 };
 
+/// For each of some lights whether others have the same at its number.
+inline std::vector<bool> same_lights(std::span<const Light> mine, std::span<const Light> theirs) {
+    std::vector<bool> same(mine.size());
+    for (std::size_t i = 0; i < (std::min)(mine.size(), theirs.size()); ++i)
+        same[i] = record_of(mine[i]) == record_of(theirs[i]);
+    return same;
+}
+
 /// Bits that a mesh and a snapshot both know.
 struct KnownByBoth {
     std::uint64_t compared = 0;
@@ -74,10 +83,8 @@ public:
 
 private:
     Bounds box_of(const Brick& brick, float margin) const {
-        const glm::ivec3 coord = brick.position();
-        const auto slack = margin * static_cast<float>(data_.grid().step());
-        return {data_.grid().position(grid_pos_of(coord, 0)) - slack,
-                data_.grid().position(grid_pos_of(coord, 63)) + slack};
+        return widened(bounds_of(data_.grid(), brick.position(), brick.position()),
+                       margin * static_cast<float>(data_.grid().step()));
     }
 
     /// Whether a changed box lies within so many steps of a brick.
@@ -233,10 +240,7 @@ private:
 /// for which keep(brick) holds: with nothing left of what was forgotten or superseded. Throws std::bad_alloc.
 template <class Keep>
 void copy_level(const MeshData& from, MeshData& to, const Keep& keep) {
-    MergeRules rules{.changed = {}, .same_lights = std::vector<bool>(to.user_lights().size())};
-    for (std::size_t i = 0; i < rules.same_lights.size(); ++i)
-        rules.same_lights[i] = i < from.user_lights().size() &&
-                               record_of(from.user_lights()[i]) == record_of(to.user_lights()[i]);
+    const MergeRules rules{.changed = {}, .same_lights = same_lights(to.user_lights(), from.user_lights())};
     const KeptBricks kept(from, keep);
     // Also those of which nothing is known: queries have asked for them, and found that they need no more.
     kept.for_each_brick([&](const Brick& brick) {
@@ -295,9 +299,7 @@ private:
     void find_same_lights() {
         const auto mine = data().user_lights();
         const auto theirs = from_.user_lights();
-        rules_.same_lights.resize(mine.size());
-        for (std::size_t i = 0; i < mine.size(); ++i)
-            rules_.same_lights[i] = i < theirs.size() && record_of(mine[i]) == record_of(theirs[i]);
+        rules_.same_lights = same_lights(mine, theirs);
         if (!rules_.changed.empty()) {
             const std::vector<LightSight> sights = levels_.sights();
             for (std::size_t i = 0; i < mine.size(); ++i) {

@@ -60,8 +60,7 @@ public:
                 return;
             corner = {corner.x & ~(region_side - 1), corner.y & ~(region_side - 1),
                       corner.z & ~(region_side - 1)};
-            const Bounds around{data.grid().position(grid_pos_of(corner, 0)),
-                                data.grid().position(grid_pos_of(corner + (region_side - 1), 63))};
+            const Bounds around = bounds_of(data.grid(), corner, corner + (region_side - 1));
             const bool is_near = meets_any(widened(around, reach_of_floods), boxes_);
             bool is_lit_through = false;
             for (std::size_t t = 0; t < of_region_.size(); ++t) {
@@ -71,8 +70,7 @@ public:
             if (!is_near && !is_lit_through)
                 return;
             data.for_each_brick(region, [&](const Brick& brick) {
-                const Bounds box{data.grid().position(grid_pos_of(brick.position(), 0)),
-                                 data.grid().position(grid_pos_of(brick.position(), 63))};
+                const Bounds box = bounds_of(data.grid(), brick.position(), brick.position());
                 if (is_near && meets_any(widened(box, reach_of_floods), boxes_)) {
                     data.forget_floods(brick);
                     if (meets_any(widened(box, reach_of_links), boxes_))

@@ -175,7 +175,7 @@ public:
         if (forgotten == nullptr)
             return 0;
         BrickTile& tile = tiles_[view().tile_index(brick, t) - 1];
-        const auto groups = groups_with_lights(lights);
+        const auto groups = cell_bits(lights);
         const std::uint64_t units = tile.known & (every_byte * groups);
         std::size_t count = 0;
         for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/support/vectors.hpp>
@@ -53,6 +55,11 @@ inline Bounds widened(const Bounds& box, float margin) {
 inline double farthest_between(const Bounds& a, const Bounds& b) {
     return glm::length((glm::max)(glm::abs(glm::dvec3(b.high) - glm::dvec3(a.low)),
                                   glm::abs(glm::dvec3(a.high) - glm::dvec3(b.low))));
+}
+
+/// The box around the light points of all bricks from one to another.
+inline Bounds bounds_of(const Grid& grid, const glm::ivec3& first_brick, const glm::ivec3& last_brick) {
+    return {grid.position(grid_pos_of(first_brick, 0)), grid.position(grid_pos_of(last_brick, 63))};
 }
 
 /// How far a segment between a point and a light goes on.

@@ -9,8 +9,10 @@
 #include <glm/vec3.hpp>
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <variant>
 
@@ -69,6 +71,12 @@ inline void check_light(const RectLight& light, const std::string& name) {
 /// cone outside (0, pi].
 inline void check_light(const Light& light, const std::string& name) {
     std::visit([&](const auto& kind) { check_light(kind, name); }, light);
+}
+
+/// The same for all of them, by their numbers.
+inline void check_lights(std::span<const Light> lights) {
+    for (std::size_t i = 0; i < lights.size(); ++i)
+        check_light(lights[i], "light " + to_text(i));
 }
 
 }  // namespace lightmesh::detail
