@@ -13,7 +13,6 @@
 #include <chrono>
 #include <cstddef>
 #include <iterator>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -195,7 +194,8 @@ void EmbreeScene::update(const SceneChange& change) {
     check(device_.get(), "fitting the BVH");
 }
 
-std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction) const {
+std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction,
+                                      float length) const {
     RTCRayHit query{};
     query.ray.org_x = origin.x;
     query.ray.org_y = origin.y;
@@ -203,7 +203,7 @@ std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& 
     query.ray.dir_x = direction.x;
     query.ray.dir_y = direction.y;
     query.ray.dir_z = direction.z;
-    query.ray.tfar = std::numeric_limits<float>::infinity();
+    query.ray.tfar = length;
     query.ray.mask = ~0u;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
@@ -232,9 +232,9 @@ std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& 
     hit.shading_normal = hit.geometric_normal;
     if (!scene_.normals.empty()) {
         const glm::vec3 smooth = interpolated_normal(scene_, triangle, u, v);
-        const float length = glm::length(smooth);
-        if (length > 0.0f)
-            hit.shading_normal = smooth / (glm::dot(smooth, hit.geometric_normal) < 0.0f ? -length : length);
+        const float size = glm::length(smooth);
+        if (size > 0.0f)
+            hit.shading_normal = smooth / (glm::dot(smooth, hit.geometric_normal) < 0.0f ? -size : size);
     }
     hit.triangle = number;
     hit.u = u;
