@@ -140,13 +140,16 @@ RTCGeometry EmbreeScene::make_geometry(const std::vector<glm::vec3>& points,
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     void* positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                               3 * sizeof(float), points.size());
+    // One at least: Embree knows no buffer of none.
+    const std::size_t count = (std::max)(corners.size() / 3, std::size_t{1});
     auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), corners.size() / 3));
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
     if (positions == nullptr || indices == nullptr) {
         rtcReleaseGeometry(geometry);
         throw_embree_error(rtcGetDeviceError(device_.get()), "allocating the triangles");
     }
     copy_positions(points, positions);
+    std::fill_n(indices, 3, 0u);  // a triangle without a size, if there is none
     std::ranges::copy(corners, indices);
     if (use_ == For::films)
         rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
