@@ -3,7 +3,7 @@
 
     blender --background --addons light_mesh --python demo.py -- SCENE.blend PICTURE.png [CYCLES.png]
 
-With a third file also by Cycles, with 1,024 samples of direct light.
+With a third file also by Cycles, with 256 samples of direct light.
 """
 
 import math
@@ -37,6 +37,7 @@ def box(size, location, its_material):
 def lamp(kind, location, energy, colour=(1, 1, 1), rotation=(0, 0, 0), **settings):
     data = bpy.data.lights.new(kind.title(), kind)
     data.energy, data.color = energy, colour
+    data.light_mesh.spacing = .1
     for name, value in settings.items():
         setattr(data, name, value)
     thing = bpy.data.objects.new(data.name, data)
@@ -58,33 +59,33 @@ def build():
         box((.07, .07, 1.1), (-4 + .4 * i, 1.2, .55), wood)
     for height in (.35, .9):
         box((8.3, .05, .08), (0, 1.2, height), wood)
-    bpy.ops.mesh.primitive_monkey_add(size=1.6, location=(-1.3, -.6, .75), rotation=(-.55, 0, .35))
+    bpy.ops.mesh.primitive_monkey_add(size=1.6, location=(-1.3, -.6, .6), rotation=(-.55, 0, .35))
     monkey = give(bpy.context.object, clay)
     monkey.modifiers.new('Smooth', 'SUBSURF').render_levels = 2
     bpy.ops.object.shade_smooth()
     bpy.ops.mesh.primitive_uv_sphere_add(radius=.55, location=(1.1, -.9, .55), segments=64, ring_count=32)
     bpy.ops.object.shade_smooth()
     give(bpy.context.object, material('Ivory', (.8, .75, .62), .35))
-    bpy.ops.object.text_add(location=(1.9, .3, 0), rotation=(math.pi / 2, 0, -.25))
+    bpy.ops.object.text_add(location=(1.9, .2, .2), rotation=(math.pi / 2, 0, -.25))
     text = give(bpy.context.object, wood)
     text.data.body, text.data.extrude, text.data.size = 'lamps', .06, .75
-    # A string of bulbs, each with a shadow of its own.
+    # A string of bulbs behind the fence, each with a shadow of its own.
     chance = random.Random(4)
-    for i in range(16):
-        x = -4.5 + .6 * i
-        warm = .45 + .35 * chance.random()
-        lamp('POINT', (x, 2.2 - .1 * abs(x), 2.2 + .04 * x * x), 22, (1, warm, .35 * warm), shadow_soft_size=.06)
-    lamp('AREA', (-4, -3.5, 4.5), 160, (.55, .7, 1), (.75, -.55, 0), size=1.2)
+    for i in range(5):
+        x = 1.8 * i - 3.6
+        warm = .45 + .3 * chance.random()
+        lamp('POINT', (x, 2.6, 1.7 + .08 * x * x), 75, (1, warm, .4 * warm), shadow_soft_size=.05 + .03 * i)
+    lamp('AREA', (-3, -4, 4), 110, (.55, .7, 1), (.75, -.55, 0), size=1.2)
     eye = bpy.data.objects.new('Camera', bpy.data.cameras.new('Camera'))
-    eye.location, eye.rotation_euler = (.4, -7.2, 2.6), (1.3, 0, .04)
+    eye.location, eye.rotation_euler = (.4, -6.6, 3.6), (1.13, 0, .04)
     eye.data.lens = 34
     bpy.context.collection.objects.link(eye)
     scene = bpy.context.scene
     scene.camera = eye
     scene.world.use_nodes = False
-    scene.world.color = .012, .014, .02
+    scene.world.color = .03, .035, .05
     scene.view_settings.view_transform = 'Standard'
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 960, 600, 100
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 720, 450, 100
     return scene
 
 
@@ -102,7 +103,7 @@ def main():
     bpy.ops.wm.save_as_mainfile(filepath=blend)
     render(scene, 'LIGHT_MESH', picture)
     if cycles:
-        scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 1024, False, False
+        scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 256, False, False
         scene.cycles.max_bounces = 0
         render(scene, 'CYCLES', cycles[0])
 

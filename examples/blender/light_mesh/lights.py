@@ -10,7 +10,7 @@ from . import core
 SHADOWS = {'REAL': core.REAL_LAMP, 'MESH': core.MESH, 'MESH_ATK': core.MESH_ATK, 'HARD': core.HARD_RAYS,
            'NONE': core.NO_SHADOW}
 KINDS = {'POINT': core.POINT, 'SUN': core.SUN, 'SPOT': core.SPOT, 'AREA': core.AREA}
-# Of a disc whose equal in area is a square.
+# Of the square that has the area of a disc of diameter 1.
 DISC_SIDE = math.sqrt(math.pi) / 2
 
 

@@ -37,12 +37,20 @@ class Materials:
         self._say = say
         self._numbers = {}
         self._images = {}
+        self._with_pictures = set()
 
     def number(self, material):
         key = material.name_full if material else None
         if key not in self._numbers:
-            self._numbers[key] = self._session.add_material(self._made(material))
+            made = self._made(material)
+            self._numbers[key] = self._session.add_material(made)
+            if made.base_image >= 0:
+                self._with_pictures.add(self._numbers[key])
         return self._numbers[key]
+
+    def have_pictures(self, numbers):
+        """Whether one of these materials needs texture coordinates."""
+        return not self._with_pictures.isdisjoint(numbers)
 
     def _made(self, material):
         made = core.Material(base=core.Float3(.8, .8, .8), roughness=.5, refraction_index=1.45, alpha=1, base_image=-1,

@@ -72,8 +72,7 @@ class LIGHT_MESH_PT_shadows(_Panel, bpy.types.Panel):
         column = _column(self.layout)
         column.prop(context.scene.light_mesh, 'memory')
         count = group_count(context.scene)
-        column.label(text=f'{count} distinct cache{"" if count == 1 else "s"} or light mesh'
-                          f'{"" if count == 1 else "es"}', icon='LIGHT_DATA')
+        column.label(text=f'Caches and light meshes: {count}', icon='LIGHT_DATA')
         found = engine.statistics
         if found:
             column.label(text=f'Last picture: {found["seconds"]:.2f} s, of these {found["seconds_exporting"]:.2f} s for reading')
@@ -130,8 +129,8 @@ class LIGHT_MESH_PT_light_shadow(_LightPanel, bpy.types.Panel):
         key = settings_key(lamp)
         if key is not None:
             same = sum(settings_key(thing.data) == key for thing in context.scene.objects if thing.type == 'LIGHT')
-            column.label(text=f'Shared by {same} light{"" if same == 1 else "s"}; '
-                              f'{group_count(context.scene)} distinct in the scene')
+            column.label(text=f'{"Cache" if chosen.shadow == "REAL" else "Mesh"} of {same} light{"" if same == 1 else "s"}, '
+                              f'one of {group_count(context.scene)} in the scene')
         elif shadow_of(lamp) == 'REAL':
             column.label(text='A lamp without a size: hard shadows')
 
