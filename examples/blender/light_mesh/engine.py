@@ -6,7 +6,7 @@ import time
 import bpy
 import numpy as np
 
-from . import camera, core
+from . import camera, core, viewport
 from .export import Cancelled, export
 from .materials import world_colour
 
@@ -77,6 +77,15 @@ class LightMeshEngine(bpy.types.RenderEngine):
         finally:
             if self.is_preview and session is not None:
                 session.close()
+
+    def view_update(self, context, depsgraph):
+        if getattr(self, 'viewport', None) is None:
+            self.viewport = viewport.Viewport()
+        self.viewport.update(depsgraph, self._say)
+
+    def view_draw(self, context, depsgraph):
+        if getattr(self, 'viewport', None) is not None:
+            self.viewport.draw(self, context, depsgraph)
 
     def _view(self, depsgraph):
         """The picture without its colours."""
@@ -162,4 +171,5 @@ def register():
 def unregister():
     bpy.app.handlers.load_pre.remove(forget)
     bpy.utils.unregister_class(LightMeshEngine)
+    viewport.close_all()
     forget()

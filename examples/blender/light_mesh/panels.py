@@ -48,6 +48,7 @@ class LIGHT_MESH_PT_sampling(_Panel, bpy.types.Panel):
     def draw(self, context):
         column = _column(self.layout)
         column.prop(context.scene.light_mesh, 'samples')
+        column.prop(context.scene.light_mesh, 'viewport_samples')
         column.prop(context.scene.light_mesh, 'bounces')
 
 

@@ -15,6 +15,7 @@ SHADOWS = (
 
 class LightMeshSceneSettings(bpy.types.PropertyGroup):
     samples: IntProperty(name='Samples', description='Rays through each pixel', default=16, min=1, max=1024)
+    viewport_samples: IntProperty(name='Viewport Samples', description='The same, in 3-D views', default=4, min=1, max=1024)
     bounces: IntProperty(name='Bounces', description='Mirrored and refracted rays after each other', default=4, min=0,
                          max=100)
     ambient: EnumProperty(
