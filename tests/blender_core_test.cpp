@@ -6,12 +6,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -317,6 +317,34 @@ TEST_CASE("blender core: ambient light is less where things are near") {
     view.eye[2] = 0.04f;
     // Under it, only what comes in flatter than from its edge: nothing to a hundredth.
     CHECK(picture(session.get(), view)[0] < 0.05f);
+}
+
+TEST_CASE("blender core: what is baked is what a matt picture shows") {
+    const Session session(lm_new(0));
+    const auto plate = at(0, 0, 1, 0.1);
+    const std::vector<LmLight> lights{lamp(0, 0, 4, 8.0f), lamp(3, 0, 4, 2.0f)};
+    tell(session.get(), lights, plate.data());
+    const std::array<float, 9> places{0, 0, 0, 2, 1, 0, -3, 0, 0};
+    const std::array<float, 9> normals{0, 0, 1, 0, 0, 1, 0, 0, 1};
+    std::array<float, 6> visible{};
+    std::array<float, 9> colours{};
+    REQUIRE(lm_bake(session.get(), 3, places.data(), normals.data(), visible.data(), colours.data()) == 0);
+    // Under the plate only the second lamp is seen, elsewhere both.
+    CHECK(visible == std::array<float, 6>{0, 1, 1, 1, 1, 1});
+    for (std::size_t i = 0; i < 3; ++i) {
+        double expected = 0.0;
+        for (std::size_t l = 0; l < 2; ++l) {
+            const double x = lights[l].position[0] - places[3 * i];
+            const double y = lights[l].position[1] - places[3 * i + 1];
+            const double squared = x * x + y * y + 16.0;
+            expected += visible[2 * i + l] * lights[l].strength[0] / squared * 4.0 / std::sqrt(squared);
+        }
+        CHECK(colours[3 * i] == doctest::Approx(expected).epsilon(1e-4));
+    }
+    CHECK(lm_bake(session.get(), 3, places.data(), normals.data(), nullptr, nullptr) == 0);
+    CHECK(fails(lm_bake(session.get(), 3, nullptr, normals.data(), nullptr, nullptr), "positions"));
+    const Session empty(lm_new(0));
+    CHECK(fails(lm_bake(empty.get(), 0, nullptr, nullptr, nullptr, nullptr), "no scene to bake"));
 }
 
 TEST_CASE("blender core: a picture that is cancelled ends soon, and another one may follow") {

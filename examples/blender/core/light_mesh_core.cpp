@@ -179,6 +179,23 @@ void lm_cancel(LmSession* session) {
         session->session.cancel();
 }
 
+int lm_bake(LmSession* session, uint32_t point_count, const float* positions, const float* normals,
+            float* visible, float* colours) {
+    return or_error([&] {
+        demo::Session& baking = checked(session);
+        const std::size_t count = 3 * std::size_t{point_count};
+        if (count > 0) {
+            checked(positions, "what holds the positions");
+            checked(normals, "what holds the normals");
+        }
+        const std::size_t lights = baking.light_count();
+        baking.bake({positions, count}, {normals, count},
+                    {visible, visible == nullptr ? 0 : lights * std::size_t{point_count}},
+                    {colours, colours == nullptr ? 0 : count});
+        return 0;
+    });
+}
+
 int lm_statistics(LmSession* session, LmStatistics* statistics) {
     return or_error([&] {
         if (statistics == nullptr)

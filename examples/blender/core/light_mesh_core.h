@@ -170,6 +170,14 @@ LM_API int lm_poll(LmSession* session, double seconds, float* progress);
 LM_API int lm_read(LmSession* session, float* rgba, size_t float_count);
 /** The picture ends soon; from any thread. */
 LM_API void lm_cancel(LmSession* session);
+/**
+ * What points of surfaces get from the lights: for baking. `positions` and `normals` (unit length, on the
+ * shaded side) have 3 values a point. `visible` takes the share of each light that is seen from a point,
+ * point by point and in the order of lm_add_light; `colours` what a white matt surface sends back there, RGB.
+ * Both may be NULL. Comes back when it is done; ends a picture that is being rendered.
+ */
+LM_API int lm_bake(LmSession* session, uint32_t point_count, const float* positions, const float* normals,
+                   float* visible, float* colours);
 LM_API int lm_statistics(LmSession* session, LmStatistics* statistics);
 
 #ifdef __cplusplus

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "blender/core/session.hpp"
 
+#include "render/illumination.hpp"
 #include "scene/scene_change.hpp"
 #include "scene/surface.hpp"
 
@@ -8,10 +9,12 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -370,6 +373,45 @@ void Session::read(std::span<float> rgba) {
     for (const glm::vec4& pixel : pixels_)
         for (int channel = 0; channel < 4; ++channel)
             *value++ = pixel[channel];
+}
+
+void Session::bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
+                   std::span<float> colours) {
+    stop();
+    if (!embree_)
+        throw std::logic_error("there is no scene to bake: lm_commit was not called, or failed");
+    const std::size_t lights = scene_.lights.size();
+    const std::size_t all = positions.size() / 3;
+    constexpr std::size_t chunk = 256;
+    const auto bake_chunk = [&](std::size_t number) {
+        const std::size_t first = number * chunk;
+        const std::size_t count = (std::min)(chunk, all - first);
+        std::vector<glm::vec3> places(count);
+        std::vector<glm::vec3> ways(count);
+        std::vector<std::uint32_t> seeds(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t at = 3 * (first + i);
+            places[i] = {positions[at], positions[at + 1], positions[at + 2]};
+            ways[i] = {normals[at], normals[at + 1], normals[at + 2]};
+            seeds[i] = static_cast<std::uint32_t>(first + i);
+        }
+        std::vector<float> lit(count * lights);
+        VisibilityCost cost;
+        visibility_->find({places, ways, seeds}, lit, cost);
+        if (!visible.empty())
+            std::ranges::copy(lit, visible.begin() + static_cast<std::ptrdiff_t>(first * lights));
+        for (std::size_t i = 0; i < (colours.empty() ? 0 : count); ++i) {
+            glm::vec3 sum(0.0f);
+            for (std::size_t l = 0; l < lights; ++l) {
+                const Illumination light = illuminate(scene_.lights[l], places[i]);
+                sum += lit[i * lights + l] * (std::max)(glm::dot(ways[i], light.to_light), 0.0f) *
+                       light.irradiance;
+            }
+            for (int channel = 0; channel < 3; ++channel)
+                colours[3 * (first + i) + static_cast<std::size_t>(channel)] = sum[channel];
+        }
+    };
+    tbb::parallel_for(std::size_t{0}, (all + chunk - 1) / chunk, bake_chunk);
 }
 
 LmStatistics Session::statistics() const {

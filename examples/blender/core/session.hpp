@@ -67,7 +67,11 @@ public:
     /// Rethrows what the worker threw.
     LmState poll(std::chrono::duration<double> patience, float& progress);
     void read(std::span<float> rgba);
+    /// `visible` and `colours` may be empty.
+    void bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
+              std::span<float> colours);
     void cancel() { cancel_ = true; }
+    std::size_t light_count() const { return scene_.lights.size(); }
     LmStatistics statistics() const;
 
 private:

@@ -11,9 +11,9 @@ bl_info = {
     'category': 'Render',
 }
 
-from . import engine, panels, properties  # noqa: E402
+from . import bake, engine, panels, properties  # noqa: E402
 
-PARTS = (properties, engine, panels)
+PARTS = (properties, engine, bake, panels)
 
 
 def register():

@@ -77,6 +77,7 @@ def _load():
         'lm_poll': (c.c_int, [session, c.c_double, c.POINTER(c.c_float)]),
         'lm_read': (c.c_int, [session, block, c.c_size_t]),
         'lm_cancel': (None, [session]),
+        'lm_bake': (c.c_int, [session, c.c_uint32, block, block, block, block]),
         'lm_statistics': (c.c_int, [session, block]),
     }
     for name, (result, arguments) in signatures.items():
@@ -173,6 +174,15 @@ class Session:
 
     def cancel(self):
         _library.lm_cancel(self._session)
+
+    def bake(self, positions, normals, light_count):
+        """The share of each light that is seen from each point, and the light that arrives there."""
+        visible = np.zeros((len(positions), light_count), np.float32)
+        colours = np.zeros((len(positions), 3), np.float32)
+        _checked(_library.lm_bake(self._session, len(positions), _address(positions, np.float32, 3),
+                                  _address(normals, np.float32, 3), _address(visible, np.float32),
+                                  _address(colours, np.float32)))
+        return visible, colours
 
     def statistics(self):
         statistics = Statistics()

@@ -94,11 +94,13 @@ class _Exporter:
         self._say = say
         self._materials = Materials(session, say)
         self._meshes = {}
+        self.lights = []
 
     def add(self, instance):
         thing = instance.object
         if thing.type == 'LIGHT':
             self._session.add_light(lights.light(thing.data, instance.matrix_world, self._say))
+            self.lights.append((instance.instance_object or thing).original)
         elif thing.type in SURFACES:
             if instance.show_self:
                 self._add_surface(instance, thing)
@@ -145,7 +147,7 @@ class _Exporter:
 
 
 def export(session, depsgraph, say, is_cancelled=lambda: False):
-    """Raises CoreError for what cannot be drawn, and Cancelled."""
+    """Gives the lights' objects in their order. Raises CoreError for what cannot be drawn, and Cancelled."""
     session.begin()
     exporter = _Exporter(session, say)
     for instance in depsgraph.object_instances:
@@ -153,6 +155,7 @@ def export(session, depsgraph, say, is_cancelled=lambda: False):
             raise Cancelled
         exporter.add(instance)
     session.commit()
+    return exporter.lights
 
 
 __all__ = ['Cancelled', 'CoreError', 'export', 'mesh_arrays']

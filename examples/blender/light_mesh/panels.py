@@ -82,6 +82,17 @@ class LIGHT_MESH_PT_shadows(_Panel, bpy.types.Panel):
                               f'{found["bytes"] / 2**20:,.1f} MB')
 
 
+class LIGHT_MESH_PT_bake(_Panel, bpy.types.Panel):
+    bl_label = 'Bake'
+    bl_context = 'render'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        column = self.layout.column()
+        column.operator('object.light_mesh_bake', text='Bake Light').what = 'LIGHT'
+        column.operator('object.light_mesh_bake', text='Bake Visibility').what = 'VISIBILITY'
+
+
 class LIGHT_MESH_PT_light(_LightPanel, bpy.types.Panel):
     bl_label = 'Light'
 
@@ -136,7 +147,7 @@ class LIGHT_MESH_PT_light_shadow(_LightPanel, bpy.types.Panel):
             column.label(text='A lamp without a size: hard shadows')
 
 
-CLASSES = (LIGHT_MESH_PT_sampling, LIGHT_MESH_PT_ambient, LIGHT_MESH_PT_shadows, LIGHT_MESH_PT_light,
+CLASSES = (LIGHT_MESH_PT_sampling, LIGHT_MESH_PT_ambient, LIGHT_MESH_PT_shadows, LIGHT_MESH_PT_bake, LIGHT_MESH_PT_light,
            LIGHT_MESH_PT_light_shadow)
 
 
