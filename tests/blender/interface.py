@@ -147,16 +147,16 @@ def steps():
     assert engine.statistics['triangles'] == 12, engine.statistics
 
     # A picture of hours, until its session is told to stop.
-    scene.render.resolution_x = scene.render.resolution_y = 4000
+    scene.render.resolution_x = scene.render.resolution_y = 1200
     scene.light_mesh.samples = 1024
     area_of('PROPERTIES').type = 'VIEW_3D'
     area_of('VIEW_3D').spaces[0].shading.type = 'RENDERED'  # a view that is open at the end
     bpy.ops.render.render('INVOKE_DEFAULT')
     yield 1.5
     assert bpy.app.is_job_running('RENDER')
-    for session in list(engine._sessions.values()):
-        session.cancel()
     for _ in range(100):
+        for session in list(engine._sessions.values()):
+            session.cancel()  # each time: a picture may not have begun
         yield .1
         if not bpy.app.is_job_running('RENDER'):
             break
