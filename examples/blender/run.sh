@@ -10,8 +10,8 @@
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-build=${LIGHTMESH_BUILD_DIR:-$root/build}/examples
-shown=$build/blender
+build=${LIGHTMESH_BUILD_DIR:-$root/build}/blender
+shown=$build/shown
 zip=$build/examples/blender/light_mesh.zip
 
 "$root/cmake/setup-debian.sh" blender

@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -244,7 +243,6 @@ SceneChange Session::replace_scene(Scene next, bool same_places) {
     }
     if (same_places) {
         // Only materials may differ, which a scene without triangles tells as well.
-        scene_.positions.clear();
         Scene only_materials;
         only_materials.materials = next.materials;
         Scene before;

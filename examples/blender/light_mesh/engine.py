@@ -57,8 +57,6 @@ class LightMeshEngine(bpy.types.RenderEngine):
         if text not in _said and not self.is_preview:
             _said.add(text)
             self.report({'WARNING'}, f'Light Mesh: {text}')
-            if bpy.app.background:
-                print(f'Light Mesh: {text}')
 
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, 'Combined', 4, 'RGBA', 'COLOR')
