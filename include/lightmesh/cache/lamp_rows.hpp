@@ -115,8 +115,8 @@ private:
     const Lamp& lamp_of(std::size_t l) const { return lamps_.lamp(tile_ * lamps_per_tile + l); }
 
     Lamp::View view_of(const Lamp& lamp) const {
-        const auto turn = static_cast<std::uint32_t>(mix_bits(origin_.seed ^ lamp.salt()) >> 32);
-        return Lamp::View(lamp, origin_.place, turn, origin_.step, origin_.reach);
+        return Lamp::View(lamp, origin_.place, static_cast<std::uint32_t>(origin_.seed >> 32), origin_.step,
+                          origin_.reach);
     }
 
     /// The share of rays that are open.
