@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <numeric>
@@ -20,12 +19,6 @@ namespace {
 /// In each round for each rank: enough for ranks to end at about the same time, few enough for a group to
 /// keep all cores of a rank busy.
 constexpr std::size_t groups_per_rank = 4;
-
-/// Which part of a picture is done when a round begins. Each is as large as all before it: what the first
-/// finds is the coarse, which all need.
-double part_before(int round) {
-    return round == 0 ? 0.0 : std::ldexp(1.0, round - together_rounds);
-}
 
 struct TileGrid {
     int columns;
@@ -99,14 +92,14 @@ Image render_together(Ranks& ranks, const EmbreeScene& scene, const Visibility& 
     int round = 0;
     // A rank goes on in a later round where it was in the one before.
     const auto tiles_of = [&](std::size_t group) {
+        constexpr auto rounds = static_cast<std::size_t>(together_rounds);
         const std::size_t run = group / groups_per_rank;
-        const auto at = [&](std::size_t g) {
-            const double share = part_before(round) + (part_before(round + 1) - part_before(round)) *
-                                                          static_cast<double>(g) / groups_per_rank;
-            const double place = (static_cast<double>(run) + share) / ranks.size();
-            return order.begin() + static_cast<std::ptrdiff_t>(place * static_cast<double>(order.size()));
+        const std::size_t place =
+            (run * rounds + static_cast<std::size_t>(round)) * groups_per_rank + group % groups_per_rank;
+        const auto at = [&](std::size_t i) {
+            return order.begin() + static_cast<std::ptrdiff_t>(i * order.size() / (rounds * groups));
         };
-        return std::vector<int>(at(group % groups_per_rank), at(group % groups_per_rank + 1));
+        return std::vector<int>(at(place), at(place + 1));
     };
     statistics = {};
     const auto work = [&](std::size_t group, WorkWatch& watch) {

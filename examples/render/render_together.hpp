@@ -20,6 +20,6 @@ Image render_together(Ranks& ranks, const EmbreeScene& scene, const Visibility& 
 
 /// What two parts of a picture need, seen in a mirror say, both would find if they were rendered at once: it
 /// is found twice only by those of the same round.
-inline constexpr int together_rounds = 5;
+inline constexpr int together_rounds = 6;
 
 }  // namespace demo
