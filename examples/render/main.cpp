@@ -55,6 +55,8 @@ int main(int argument_count, char** arguments) {
     try {
         demo::Ranks ranks;
         return run(ranks, argument_count, arguments);
+    } catch (const demo::Stopped&) {
+        return 0;
     } catch (const std::exception& error) {
         std::cerr << "lightmesh-render: " << error.what() << '\n';
         return 1;

@@ -248,9 +248,13 @@ void Ranks::tell_all_to_stop() noexcept {
 
 Ranks::Ranks() {
     const char* size = told_by_launcher({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"});
-    if (size != nullptr && std::atoi(size) > 1)
-        throw std::runtime_error(std::string("it was started ") + size +
-                                 " times, but built without MPI (Debian: apt-get install libopenmpi-dev)");
+    if (size == nullptr || std::atoi(size) <= 1)
+        return;
+    const char* rank = told_by_launcher({"OMPI_COMM_WORLD_RANK", "PMI_RANK"});
+    if (rank != nullptr && std::atoi(rank) > 0)
+        throw Stopped();
+    throw std::runtime_error(std::string("it was started ") + size +
+                             " times, but built without MPI (Debian: apt-get install libopenmpi-dev)");
 }
 
 Ranks::~Ranks() = default;

@@ -75,8 +75,8 @@ public:
 /// and its reason, and the others `Stopped`. Waiting takes next to no processor time.
 class Ranks {
 public:
-    /// Finds the other processes. Throws std::runtime_error if there are some and this program was built
-    /// without MPI.
+    /// Finds the other processes. If there are some and this program was built without MPI, rank 0 throws
+    /// std::runtime_error, the others `Stopped`.
     Ranks();
     /// Rank 0 ends all: waits until they have left what they were at.
     ~Ranks();
