@@ -104,9 +104,13 @@ std::string FilmMaker::report(bool is_whole) {
         all.frames += count.frames;
         all.rays += count.rays;
     }
-    table.add_row({"frames rendered", grouped(is_whole ? all.frames : static_cast<std::uint64_t>(made_))});
-    if (is_whole)
+    if (is_whole) {
+        table.add_row({"frames rendered", grouped(all.frames)});
         table.add_row({"rays for shadows", grouped(all.rays)});
+    } else {
+        table.add_row({ranks_.size() == 1 ? "frames rendered" : "frames rendered by rank 0",
+                       grouped(static_cast<std::uint64_t>(made_))});
+    }
     if (made_ > 0) {
         table.add_rule();
         table.add_row({"seconds: BVH", fixed(embree_.seconds_building(), 3)});
@@ -120,7 +124,7 @@ std::string FilmMaker::report(bool is_whole) {
     }
     if (counts.size() > 1) {
         table.add_rule();
-        table.add_row({"seconds above are of rank 0; ranks", grouped(counts.size())});
+        table.add_row({"ranks; the seconds above are of rank 0", grouped(counts.size())});
         table.add_row({"frames by all ranks together", grouped(static_cast<std::uint64_t>(made_together_))});
         for (std::size_t rank = 0; rank < counts.size(); ++rank)
             table.add_row({"rank " + std::to_string(rank) + ": frames, and rays for shadows",

@@ -68,11 +68,13 @@ public:
 };
 
 /// The processes that work on the same thing, each with its number, its rank: those that mpirun has started,
-/// or this process alone. There is at most one object of this class. Its members may be used by any number of
-/// threads, but for what is one message the same thread waits on both sides.
+/// The processes that work on the same thing, each with its number, its rank: those that mpirun has started,
+/// or this process alone. There is at most one object of this class. Its members may be used by several
+/// threads, as long as no two of them wait for messages of the same tag.
 ///
 /// Whoever waits, waits for all: if another rank has failed, rank 0 throws std::runtime_error that names it
-/// and its reason, and the others `Stopped`. Waiting takes next to no processor time.
+/// and its reason, and the others `Stopped`; if the program was told to end, both throw `Interrupted`.
+/// Waiting takes next to no processor time.
 class Ranks {
 public:
     /// Finds the other processes. If there are some and this program was built without MPI, rank 0 throws
