@@ -187,16 +187,18 @@ std::string duration_text(double seconds) {
 /// How far a film has come, on the screen of rank 0. May be used by several threads.
 class FilmProgress {
 public:
-    FilmProgress(const std::string& caption, std::size_t frames, ProgressBar::Elsewhere elsewhere)
-        : bar_(caption, elsewhere), frames_(frames) {}
+    /// `there`: how many frames are there already; `frames`: how many are missing.
+    FilmProgress(const std::string& caption, std::size_t there, std::size_t frames,
+                 ProgressBar::Elsewhere elsewhere)
+        : bar_(caption, elsewhere), there_(there), frames_(frames) {}
 
     /// While a frame is rendered: the share of it that is done.
     void show(double part) {
         const std::scoped_lock lock(guard_);
         const double done = static_cast<double>(done_) + part;
         const double left = static_cast<double>(frames_) - done;
-        const std::string place =
-            "frame " + std::to_string((std::min)(done_ + 1, frames_)) + " of " + std::to_string(frames_);
+        const std::string place = "frame " + std::to_string(there_ + (std::min)(done_ + 1, frames_)) +
+                                  " of " + std::to_string(there_ + frames_);
         bar_.show(done / static_cast<double>(frames_),
                   done_ == 0 ? place : place + ", " + duration_text(left * seconds_of_frame()) + " left");
     }
@@ -218,6 +220,7 @@ private:
     }
 
     ProgressBar bar_;
+    std::size_t there_;
     std::size_t frames_;
     std::size_t done_ = 0;
     std::mutex guard_;
@@ -364,7 +367,8 @@ int make_film(const FilmOptions& options, Ranks& ranks) {
     try {
         std::optional<FilmProgress> progress;
         if (is_first)
-            progress.emplace(options.algorithm, missing.size(), progress_elsewhere(ranks));
+            progress.emplace(options.algorithm, static_cast<std::size_t>(schedule.frames) - missing.size(),
+                             missing.size(), progress_elsewhere(ranks));
         FilmJob(ranks, options, schedule, maker, folder ? &*folder : nullptr, progress ? &*progress : nullptr)
             .make(missing);
     } catch (const Interrupted& interrupt) {

@@ -4,6 +4,7 @@
 #include "render/share_out.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstring>
@@ -16,9 +17,9 @@ namespace demo {
 
 namespace {
 
-/// In each round for each rank: enough for ranks to end at about the same time, few enough for a group to
-/// keep all cores of a rank busy.
-constexpr std::size_t groups_per_rank = 4;
+/// How much of a picture is done when a round begins. The first rounds find what is coarse and seen from
+/// everywhere: they are short.
+constexpr std::array<std::size_t, together_rounds + 1> parts_before{0, 1, 3, 6, 12, 24, 36, 48};
 
 struct TileGrid {
     int columns;
@@ -88,23 +89,23 @@ Image render_together(Ranks& ranks, const EmbreeScene& scene, const Visibility& 
     const auto start = std::chrono::steady_clock::now();
     const TileGrid grid(options);
     const std::vector<int> order = ordered_tiles(grid);
-    const std::size_t groups = groups_per_rank * static_cast<std::size_t>(ranks.size());
+    const auto pieces = static_cast<std::size_t>(ranks.size());
     int round = 0;
-    // A rank goes on in a later round where it was in the one before.
-    const auto tiles_of = [&](std::size_t group) {
-        constexpr auto rounds = static_cast<std::size_t>(together_rounds);
-        const std::size_t run = group / groups_per_rank;
-        const std::size_t place =
-            (run * rounds + static_cast<std::size_t>(round)) * groups_per_rank + group % groups_per_rank;
-        const auto at = [&](std::size_t i) {
-            return order.begin() + static_cast<std::ptrdiff_t>(i * order.size() / (rounds * groups));
+    // In each round one for each rank, which goes on where it was: smaller ones would keep the ranks busy to
+    // the end of a round, but beside each other, where all find the same.
+    const auto tiles_of = [&](std::size_t piece) {
+        const auto at = [&](int begun) {
+            const std::size_t parts =
+                piece * parts_before.back() + parts_before[static_cast<std::size_t>(begun)];
+            return order.begin() +
+                   static_cast<std::ptrdiff_t>(parts * order.size() / (pieces * parts_before.back()));
         };
-        return std::vector<int>(at(place), at(place + 1));
+        return std::vector<int>(at(round), at(round + 1));
     };
     statistics = {};
-    const auto work = [&](std::size_t group, WorkWatch& watch) {
+    const auto work = [&](std::size_t piece, WorkWatch& watch) {
         RenderOptions part = options;
-        part.tiles = tiles_of(group);
+        part.tiles = tiles_of(piece);
         if (part.tiles.empty())
             return Bytes{};
         RenderStatistics spent;
@@ -115,14 +116,14 @@ Image render_together(Ranks& ranks, const EmbreeScene& scene, const Visibility& 
     };
     Image picture = ranks.is_first() ? Image(options.width, options.height) : Image();
     std::size_t done = 0;
-    const auto take = [&](std::size_t group, int, const Bytes& pixels) {
-        put_pixels(pixels, grid, tiles_of(group), picture);
-        done += tiles_of(group).size();
+    const auto take = [&](std::size_t piece, int, const Bytes& pixels) {
+        put_pixels(pixels, grid, tiles_of(piece), picture);
+        done += tiles_of(piece).size();
         if (progress)
             progress(static_cast<double>(done) / static_cast<double>(order.size()));
     };
     for (; round < together_rounds; ++round) {
-        share_out(ranks, groups, work, take);
+        share_out(ranks, pieces, work, take);
         after_round();
     }
     statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
