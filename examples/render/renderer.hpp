@@ -8,8 +8,12 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 namespace demo {
+
+/// Pictures are rendered by tiles of so many pixels a side, or what is left of these at the right and below.
+inline constexpr int tile_size = 16;
 
 struct RenderOptions {
     int width = 960;
@@ -18,6 +22,7 @@ struct RenderOptions {
     int depth_limit = 5;       ///< mirrored and refracted rays after each other, in [0, 100]
     int threads = 0;           ///< 0: all cores
     Tone tone = Tone::linear;  ///< for who writes the picture: `render` gives linear values
+    std::vector<int> tiles{};  ///< numbers of those to render, row by row from 0; empty: all
 };
 
 struct RenderStatistics {
