@@ -68,7 +68,6 @@ public:
 };
 
 /// The processes that work on the same thing, each with its number, its rank: those that mpirun has started,
-/// The processes that work on the same thing, each with its number, its rank: those that mpirun has started,
 /// or this process alone. There is at most one object of this class. Its members may be used by several
 /// threads, as long as no two of them wait for messages of the same tag.
 ///
