@@ -26,7 +26,7 @@ struct BrickPoints {
     /// order of z, y, x.
     std::uint32_t slot;
     /// Those that the linked short test has found so far.
-    std::uint64_t linked = 0;
+    std::uint64_t linked;
 };
 
 /// The bricks around the points of a block, each looked up once. A window stays where it is as long as the
