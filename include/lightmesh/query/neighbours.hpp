@@ -131,7 +131,7 @@ public:
         std::size_t kept = 0;
         for (std::size_t i = 0; i < size_; ++i) {
             const std::uint64_t points = entries_[i].points & keep(std::as_const(entries_[i]));
-            entries_[kept] = {entries_[i].brick, points, entries_[i].slot};
+            entries_[kept] = {entries_[i].brick, points, entries_[i].slot, 0};
             kept += points != 0 ? 1u : 0u;
         }
         size_ = kept;
