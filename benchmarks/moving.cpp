@@ -17,13 +17,17 @@
 #include <lightmesh/lightmesh.hpp>
 
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -34,7 +38,7 @@ using lightmesh::SurfacePoint;
 
 using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
 
-constexpr float lamp_radius = 1.0f;
+constexpr float park_lamp_radius = 1.0f;
 constexpr double frame_length = 1.0 / 24.0;
 
 /// What a renderer asks for in a frame: tile by tile of 16x16 pixels, or every so many of these.
@@ -64,14 +68,16 @@ private:
     std::size_t size_ = 0;
 };
 
-/// The park as a film, with its lamps.
-class Park {
+/// A film's scene, all lights of which are spheres.
+class Stage {
 public:
-    explicit Park(const demo::Moving& moving)
-        : film_(demo::load_animated("park"), moving), scene_(film_.scene(), demo::EmbreeScene::For::films) {}
+    Stage(const std::string& name, float lamp_radius, const demo::Moving& moving)
+        : lamp_radius_(lamp_radius), film_(demo::load_animated(name), moving),
+          scene_(film_.scene(), demo::EmbreeScene::For::films) {}
 
     const demo::EmbreeScene& scene() const { return scene_; }
-    std::vector<lightmesh::Light> lamps() const { return bench::sphere_lamps(film_.scene(), lamp_radius); }
+    std::vector<lightmesh::Light> lamps() const { return bench::sphere_lamps(film_.scene(), lamp_radius_); }
+    float lamp_radius() const { return lamp_radius_; }
 
     /// Goes to a frame, with the BVH.
     demo::SceneChange go_to(int frame) {
@@ -84,12 +90,13 @@ public:
     lightmesh::LightMesh<demo::EmbreeIntersector> linked() const {
         return {scene_.intersector(), lamps(), lightmesh::Settings{.radius = film_.scene().radius}};
     }
-    Cache cache() const {
+    Cache cache(int lamp_rays = lightmesh::CacheSettings{}.lamp_rays) const {
         return {scene_.intersector(), lamps(),
-                lightmesh::CacheSettings{.spacing = 0.25f * film_.scene().radius}};
+                lightmesh::CacheSettings{.spacing = 0.25f * film_.scene().radius, .lamp_rays = lamp_rays}};
     }
 
 private:
+    float lamp_radius_;
     demo::Film film_;
     demo::EmbreeScene scene_;
 };
@@ -123,7 +130,7 @@ std::size_t differing_points(const Subject& subject, const Subject& other, const
 template <class Make>
 void time_moves(const std::string& what, const demo::Moving& moving, const Make& make, std::size_t every,
                 double to_reach) {
-    Park park(moving);
+    Stage park("park", park_lamp_radius, moving);
     auto subject = make(park);
     ask(subject, Picture(park.scene(), 960, 720, every));
     double frame = 1e9;
@@ -153,7 +160,7 @@ void time_moves(const std::string& what, const demo::Moving& moving, const Make&
 /// Strengths are the renderer's: the same lights are set again.
 template <class Make>
 void time_strengths(const std::string& what, const Make& make, std::size_t every) {
-    Park park({.objects = false, .lights = false, .camera = false});
+    Stage park("park", park_lamp_radius, {.objects = false, .lights = false, .camera = false});
     auto subject = make(park);
     const Picture picture(park.scene(), 960, 720, every);
     const std::vector<lightmesh::Light> lamps = park.lamps();
@@ -177,7 +184,7 @@ struct RayTimes {
     double hard;
     double lamps;
 };
-RayTimes time_rays(const Park& park, const Picture& picture) {
+RayTimes time_rays(const Stage& park, const Picture& picture) {
     bench::Occlusion tracer(park.scene().handle(), true);
     bench::Occlusion single(park.scene().handle(), false);
     demo::Random random(1);
@@ -205,7 +212,7 @@ RayTimes time_rays(const Park& park, const Picture& picture) {
     const double hard_ns = 1e9 * hard / points;
     const double area = seconds([&] {
         for_facing(64, [&](const glm::vec3& from, const glm::vec3& lamp) {
-            bench::open_share(tracer, from, lamp, lamp_radius, 16, random);
+            bench::open_share(tracer, from, lamp, park_lamp_radius, 16, random);
         });
     });
     return {hard_ns, 1e9 * area / points};
@@ -215,7 +222,7 @@ RayTimes time_rays(const Park& park, const Picture& picture) {
 template <class Make>
 void time_flight(const std::string& name, const Make& make, int frames, int width, int height,
                  std::size_t every, double lamps_to_reach) {
-    Park park({.objects = false, .lights = false, .camera = true});
+    Stage park("park", park_lamp_radius, {.objects = false, .lights = false, .camera = true});
     const auto subject = make(park);
     double first = 0.0;
     double later = 0.0;
@@ -244,18 +251,121 @@ void time_flight(const std::string& name, const Make& make, int frames, int widt
                      true, beside);
 }
 
+/// The share of a sphere lamp that is open, by 1,024 rays to places that lie on a spiral (Vogel 1979): always
+/// the same ones, so that from frame to frame it changes as what is in the lamp's way does.
+double open_share(bench::Occlusion& tracer, const SurfacePoint& point, const glm::vec3& lamp, float radius) {
+    constexpr int rays = 1024;
+    constexpr float golden_turn = 0.38196601f;
+    const glm::vec3 from = bench::surface_end(point.position, point.normal);
+    const glm::vec3 way = lamp - from;
+    const glm::vec3 axis = glm::normalize(way);
+    const glm::vec3 right =
+        glm::normalize(glm::cross(axis, std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0)));
+    const glm::vec3 up = glm::cross(right, axis);
+    const float share = (std::max)(0.3f, 1.0f - 1.15f * radius / glm::length(way));
+    int open = 0;
+    for (int first = 0; first < rays; first += 16) {
+        alignas(64) RTCRay16 packet;
+        alignas(64) std::array<int, 16> valid;
+        valid.fill(-1);
+        for (std::size_t i = 0; i < 16; ++i) {
+            const auto number = static_cast<float>(first) + static_cast<float>(i);
+            const glm::vec2 around = demo::circle_point(golden_turn * number) *
+                                     (radius * std::sqrt((number + 0.5f) / static_cast<float>(rays)));
+            bench::set_ray(packet, i, from, from + share * (way + around.x * right + around.y * up));
+        }
+        tracer.trace(valid.data(), packet);
+        for (const float end : packet.tfar)
+            open += end < 0.0f ? 0 : 1;
+    }
+    return static_cast<double>(open) / rays;
+}
+
+/// How lamps flicker that move, beyond what rays from each point do, and whether those
+/// flicker that stay. The camera stays.
+void measure_flicker(const std::string& scene, float lamp_radius) {
+    Stage stage(scene, lamp_radius, {.objects = false, .lights = true, .camera = false});
+    Cache cache = stage.cache(256);
+    bench::Occlusion tracer(stage.scene().handle(), true);
+    const Picture picture(stage.scene(), 960, 720, 1);
+    std::vector<SurfacePoint> points;
+    for (std::size_t t = 0; t < picture.tiles().size(); t += 3)
+        points.push_back(picture.tiles()[t][t * 37 % picture.tiles()[t].size()]);
+    const std::size_t lights = cache.light_count();
+    std::vector<lightmesh::Light> lamps = stage.lamps();
+    std::vector<float> values(points.size() * lights);
+    cache.visibility(points, values);
+    const auto at = [](const lightmesh::Light& lamp) {
+        return std::get<lightmesh::PointLight>(lamp).position;
+    };
+    const auto references_of = [&](std::size_t l) {
+        std::vector<double> shares;
+        for (const SurfacePoint& point : points)
+            shares.push_back(glm::dot(point.normal, at(lamps[l]) - point.position) >= 0.0f
+                                 ? open_share(tracer, point, at(lamps[l]), lamp_radius)
+                                 : 0.0);
+        return shares;
+    };
+    std::vector<std::vector<double>> references(lights);
+    double beyond = 0.0;
+    double reference_change = 0.0;
+    double pairs = 0.0;
+    std::size_t moved = 0;
+    std::size_t flickering = 0;
+    for (int frame = 1; frame <= 6; ++frame) {
+        const demo::SceneChange change = stage.go_to(frame);
+        const std::vector<lightmesh::Light> next = stage.lamps();
+        std::vector<float> now(values.size());
+        demo::follow_scene(cache, next, change);
+        cache.visibility(points, now);
+        for (std::size_t l = 0; l < lights; ++l) {
+            if (at(next[l]) == at(lamps[l])) {
+                for (std::size_t i = l; i < now.size(); i += lights)
+                    flickering += now[i] != values[i] ? 1u : 0u;
+                continue;
+            }
+            ++moved;
+            if (references[l].empty())
+                references[l] = references_of(l);
+            const std::vector<double> before = references[l];
+            lamps[l] = next[l];
+            references[l] = references_of(l);
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                if (before[i] < 0.02 || before[i] > 0.98)
+                    continue;
+                const double step = references[l][i] - before[i];
+                const double cached =
+                    static_cast<double>(now[i * lights + l]) - static_cast<double>(values[i * lights + l]);
+                beyond += std::abs(cached - step);
+                reference_change += std::abs(step);
+                pairs += 1.0;
+            }
+        }
+        values = std::move(now);
+    }
+    bench::print_row(
+        scene + ", 256 rays: change from frame to frame along moving penumbrae, beyond the reference's",
+        beyond / pairs, 0.004, false,
+        "its own " + demo::fixed(reference_change / pairs, 4) + ", of " + demo::fixed(pairs, 0) +
+            " points and lamps that moved (" + std::to_string(moved) + " moves)");
+    bench::print_row(scene + ": values of lamps that stay, which change", static_cast<double>(flickering),
+                     0.0, false, "of " + std::to_string(6 * points.size() * lights));
+}
+
 }  // namespace
 
 int main() {
-    const auto linked = [](const Park& park) {
-        return park.linked();
+    const auto linked = [](const Stage& stage) {
+        return stage.linked();
     };
-    const auto cache = [](const Park& park) {
-        return park.cache();
+    const auto cache = [](const Stage& stage) {
+        return stage.cache();
     };
     constexpr demo::Moving lantern{.objects = false, .lights = true, .camera = false};
     constexpr demo::Moving swing{.objects = true, .lights = false, .camera = false};
     bench::print_head();
+    measure_flicker("rooms", 0.3f);
+    measure_flicker("park", park_lamp_radius);
     time_moves("Linked: the lantern moves", lantern, linked, 1, 1.15);
     time_moves("Linked: swing and walker move", swing, linked, 1, 1.5);
     time_strengths("Linked", linked, 1);

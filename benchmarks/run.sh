@@ -17,7 +17,8 @@ results=$build/results
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
 cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark \
-    lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-cache-benchmark lightmesh-moving-benchmark --parallel "$(nproc)"
+    lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-cache-benchmark lightmesh-moving-benchmark \
+    lightmesh-render --parallel "$(nproc)"
 program=$build/benchmarks/lightmesh-benchmarks
 
 echo
@@ -60,3 +61,21 @@ echo
 "$build/benchmarks/lightmesh-cache-benchmark" | tee "$results/visibility-cache.md"
 echo
 "$build/benchmarks/lightmesh-moving-benchmark" | tee "$results/moving.md"
+
+# Films by four processes of one thread and by one: what is counted is the same on any number of cores.
+if command -v mpirun >/dev/null; then
+    films=$(mktemp -d)
+    trap 'rm -rf "$films"' EXIT
+    # counts RANKS SCENE: frames, rays
+    counts() {
+        mpirun --allow-run-as-root --oversubscribe --bind-to none -n "$1" "$build/examples/lightmesh-render" film "$2" \
+            --frames 16 --fps 8 --width 480 --height 360 --threads 1 -o "$films/$2-$1" 2>/dev/null |
+            sed -n 's/,//g; s/^frames rendered  *//p; s/^rays for shadows  *//p' | xargs
+    }
+    for scene in spheres rooms; do
+        echo "$scene $(counts 1 "$scene") $(counts 4 "$scene")" \
+            "$(diff -rq "$films/$scene-1" "$films/$scene-4" | wc -l)"
+    done | awk '{ frames = $4 / $2; rays = $5 / $3
+        printf "| 4 ranks over 1, rays: 16 frames of %s, 480x360 | %.3g | <= 1.1 | %s |", $1, rays, rays <= 1.1 ? "yes" : "no"
+        printf " frames %.3g; %d and %d rays; %d files differ |\n", frames, $5, $3, $6 }' | tee -a "$results/moving.md"
+fi

@@ -6,11 +6,14 @@
 #include "render/embree_scene.hpp"
 #include "render/open_scene.hpp"
 #include "render/renderer.hpp"
+#include "render/view.hpp"
 #include "render/visibility.hpp"
 #include "scene/film.hpp"
 #include "scene/moving_parts.hpp"
 #include "scene/random.hpp"
 #include "temporary_folder.hpp"
+
+#include <lightmesh/lightmesh.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/common.hpp>
@@ -121,6 +124,22 @@ demo::Image picture(const demo::EmbreeScene& scene, const demo::Visibility& visi
     options.threads = 1;
     demo::RenderStatistics statistics;
     return demo::render(scene, visibility, options, statistics);
+}
+
+/// What every 12th pixel of a picture shows.
+std::vector<lightmesh::SurfacePoint> seen_points(const demo::EmbreeScene& scene) {
+    const demo::View view(scene.scene().camera, 640, 480);
+    std::vector<lightmesh::SurfacePoint> points;
+    for (int row = 6; row < 480; row += 12)
+        for (int column = 6; column < 640; column += 12) {
+            const glm::vec3 eye = view.origin(static_cast<float>(column), static_cast<float>(row));
+            const glm::vec3 way = view.direction(static_cast<float>(column), static_cast<float>(row));
+            if (const auto hit = scene.trace(eye, way))
+                points.push_back({.position = hit->position,
+                                  .normal = hit->geometric_normal,
+                                  .footprint = view.pixel_angle() * glm::distance(eye, hit->position)});
+        }
+    return points;
 }
 
 }  // namespace
@@ -310,6 +329,49 @@ TEST_CASE("all algorithms follow a scene that moves: pictures are those of new o
             CHECK(picture(embree, *followed).pixels == picture(embree, *made).pixels);
         }
     }
+}
+
+TEST_CASE("a budget of 1 MB is enough for a flight through the park, if barely, and values stay right") {
+    demo::Film film(demo::load_animated("park"), {.objects = false, .lights = false, .camera = true});
+    demo::EmbreeScene scene(film.scene(), demo::EmbreeScene::For::films);
+    std::vector<lightmesh::Light> lamps;
+    for (const demo::SceneLight& light : film.scene().lights)
+        lamps.push_back(light.shape);
+    lamps.resize(16);
+    constexpr std::size_t budget = 1'000'000;
+    const auto fly = [&](auto& bounded, const auto& unbounded) {
+        std::vector<float> values(lamps.size());
+        std::vector<float> expected(lamps.size());
+        std::size_t differing = 0;
+        for (int frame = 0; frame < 4; ++frame) {
+            film.go_to(frame);
+            bounded.begin_frame();
+            for (const lightmesh::SurfacePoint& point : seen_points(scene)) {
+                bounded.visibility(point, values);
+                unbounded.visibility(point, expected);
+                differing += values != expected ? 1u : 0u;
+            }
+        }
+        CHECK(differing == 0);
+        CHECK(unbounded.statistics().bytes > 2 * budget);
+    };
+    lightmesh::Settings settings{.radius = film.scene().radius};
+    const lightmesh::LightMesh mesh(scene.intersector(), lamps, settings);
+    settings.memory_budget = budget;
+    lightmesh::LightMesh bounded_mesh(scene.intersector(), lamps, settings);
+    fly(bounded_mesh, mesh);
+    // Within a frame the mesh takes what it needs.
+    film.go_to(10.0);
+    bounded_mesh.begin_frame();
+    bounded_mesh.begin_frame();
+    CHECK(bounded_mesh.statistics().bytes < budget + 1'000'000);
+
+    lightmesh::CacheSettings cache_settings{.spacing = 0.25f * film.scene().radius, .lamp_rays = 4};
+    const lightmesh::VisibilityCache cache(scene.intersector(), lamps, cache_settings);
+    cache_settings.memory_budget = budget;
+    lightmesh::VisibilityCache bounded_cache(scene.intersector(), lamps, cache_settings);
+    fly(bounded_cache, cache);
+    CHECK(bounded_cache.statistics().bytes < budget + 1'000'000);
 }
 
 TEST_CASE("algorithms follow lights alone, masks of holes, and maps by Vulkan") {

@@ -6,6 +6,7 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #define STB_EASY_FONT_IMPLEMENTATION
@@ -26,8 +27,10 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace demo {
 namespace {
@@ -117,6 +120,67 @@ void paste(Image& sheet, const Image& picture, int left, int top) {
     }
 }
 
+std::string png_bytes(const Image& image) {
+    const std::vector<std::uint8_t> channels = to_bytes(image);
+    std::string bytes;
+    const auto append = [](void* all, void* data, int size) {
+        static_cast<std::string*>(all)->append(static_cast<const char*>(data),
+                                               static_cast<std::size_t>(size));
+    };
+    if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 3, channels.data(),
+                               3 * image.width) == 0)
+        throw std::bad_alloc();
+    return bytes;
+}
+
+/// A file of OpenEXR in memory.
+class ExrBytes : public Imf::OStream {
+public:
+    ExrBytes() : Imf::OStream("a picture in memory") {}
+
+    void write(const char* data, int size) override {
+        const auto count = static_cast<std::size_t>(size);
+        bytes_.resize((std::max)(bytes_.size(), place_ + count));
+        std::copy_n(data, count, bytes_.begin() + static_cast<std::ptrdiff_t>(place_));
+        place_ += count;
+    }
+    std::uint64_t tellp() override { return place_; }
+    void seekp(std::uint64_t place) override { place_ = place; }
+
+    std::string take() { return std::move(bytes_); }
+
+private:
+    std::string bytes_;
+    std::size_t place_ = 0;
+};
+
+std::string exr_bytes(const Image& image) {
+    Imf::Header header{image.width, image.height};
+    for (const char* name : channel_names) {
+        header.channels().insert(name, Imf::Channel{Imf::FLOAT});
+    }
+    std::vector<glm::vec3> copy = image.pixels;  // OpenEXR's slices are not const
+    ExrBytes stream;
+    {
+        Imf::OutputFile file{stream, header};
+        file.setFrameBuffer(frame_buffer(copy.data(), image.width, 0, 0));
+        file.writePixels(image.height);
+    }
+    return stream.take();
+}
+
+void write_bytes(const std::string& bytes, const fs::path& path) {
+    std::ofstream file{path, std::ios::binary};
+    if (!file) {
+        throw std::system_error(errno, std::generic_category());
+    }
+    file << bytes;
+    file.close();
+    if (!file) {
+        throw std::runtime_error("the device may be full");
+    }
+}
+
 std::string printable(const std::string& text) {
     std::string result;
     for (const char c : text) {
@@ -160,22 +224,7 @@ Image toned(Image image, Tone tone) {
 }
 
 void write_png(const Image& image, const fs::path& path) {
-    const std::vector<std::uint8_t> bytes = to_bytes(image);
-    write_whole(path, [&](const fs::path& part) {
-        std::ofstream file{part, std::ios::binary};
-        if (!file) {
-            throw std::system_error(errno, std::generic_category());
-        }
-        const auto append = [](void* stream, void* data, int size) {
-            static_cast<std::ofstream*>(stream)->write(static_cast<const char*>(data), size);
-        };
-        const int made = stbi_write_png_to_func(append, &file, image.width, image.height, 3, bytes.data(),
-                                                3 * image.width);
-        file.close();
-        if (made == 0 || !file) {
-            throw std::runtime_error("the device may be full");
-        }
-    });
+    write_whole(path, [&](const fs::path& part) { write_bytes(png_bytes(image), part); });
 }
 
 Image read_png(const fs::path& path) {
@@ -198,16 +247,7 @@ Image read_png(const fs::path& path) {
 }
 
 void write_exr(const Image& image, const fs::path& path) {
-    write_whole(path, [&](const fs::path& part) {
-        Imf::Header header{image.width, image.height};
-        for (const char* name : channel_names) {
-            header.channels().insert(name, Imf::Channel{Imf::FLOAT});
-        }
-        std::vector<glm::vec3> copy = image.pixels;  // OpenEXR's slices are not const
-        Imf::OutputFile file{part.c_str(), header};
-        file.setFrameBuffer(frame_buffer(copy.data(), image.width, 0, 0));
-        file.writePixels(image.height);
-    });
+    write_whole(path, [&](const fs::path& part) { write_bytes(exr_bytes(image), part); });
 }
 
 Image read_exr(const fs::path& path) {
@@ -236,6 +276,10 @@ void write_image(const Image& image, const fs::path& path) {
     } else {
         throw std::runtime_error("cannot write " + path.string() + ": its name must end in .png or .exr");
     }
+}
+
+std::string encoded(const Image& image, const std::string& extension) {
+    return extension == ".png" ? png_bytes(image) : exr_bytes(image);
 }
 
 double mean_absolute_difference(const Image& a, const Image& b) {

@@ -68,6 +68,7 @@ public:
 
     std::optional<lightmesh::CacheStatistics> cache() const override { return cache_.statistics(); }
     std::vector<std::byte> snapshot() const override { return cache_.snapshot(); }
+    void merge(std::span<const std::byte> known) override { cache_.merge(known); }
 
 private:
     Cache cache_;

@@ -1,23 +1,30 @@
 // SPDX-License-Identifier: MIT
 #include "scene/film.hpp"
 
+#include "image/image.hpp"
 #include "render/commands.hpp"
+#include "render/files.hpp"
+#include "render/film_maker.hpp"
 #include "render/frame_folder.hpp"
-#include "render/lamps.hpp"
 #include "render/movie.hpp"
 #include "render/options.hpp"
+#include "render/ranks.hpp"
 #include "render/run.hpp"
+#include "render/runs.hpp"
 #include "render/saved_mesh.hpp"
+#include "render/share_out.hpp"
 #include "render/terminal.hpp"
-#include "render/text_table.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -177,88 +184,135 @@ std::string duration_text(double seconds) {
     return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
 }
 
-/// Renders frames of a film one after another, and keeps count.
-class FilmMaker {
+/// How far a film has come, on the screen of rank 0. May be used by several threads.
+class FilmProgress {
 public:
-    FilmMaker(const FilmOptions& options, Film film, const VisibilityOptions& visibility)
-        : options_(options), film_(std::move(film)), visibility_(visibility),
-          // Built at 0 s, so that the tree is one and the same wherever a film begins.
-          embree_(film_.scene(),
-                  film_.moving().objects ? EmbreeScene::For::films : EmbreeScene::For::stills) {}
+    /// `there`: how many frames are there already; `frames`: how many are missing.
+    FilmProgress(const std::string& caption, std::size_t there, std::size_t frames,
+                 ProgressBar::Elsewhere elsewhere)
+        : bar_(caption, elsewhere), there_(there), frames_(frames) {}
 
-    /// The frame at a time; nothing if the user has stopped it.
-    std::optional<Image> frame(double time, const Progress& progress) {
-        const auto start = Clock::now();
-        go_to(time);
-        seconds_between_ += seconds_since(start);
-        RenderStatistics spent;
-        Image image = render(embree_, *shadows_, options_.render, spent, progress, &interrupted());
-        if (!spent.finished)
-            return std::nullopt;
-        spent_ += spent;
-        last_seconds_ = seconds_since(start);
-        (made_ == 0 ? first_seconds_ : later_seconds_) += last_seconds_;
-        ++made_;
-        return image;
+    /// While a frame is rendered: the share of it that is done.
+    void show(double part) {
+        const std::scoped_lock lock(guard_);
+        const double done = static_cast<double>(done_) + part;
+        const double left = static_cast<double>(frames_) - done;
+        const std::string place = "frame " + std::to_string(there_ + (std::min)(done_ + 1, frames_)) +
+                                  " of " + std::to_string(there_ + frames_);
+        bar_.show(done / static_cast<double>(frames_),
+                  done_ == 0 ? place : place + ", " + duration_text(left * seconds_of_frame()) + " left");
     }
-
-    double last_seconds() const { return last_seconds_; }
-
-    std::string report() const {
-        const Scene& scene = film_.scene();
-        TextTable table;
-        table.add_row({"algorithm", options_.algorithm});
-        table.add_row({"triangles", grouped(scene.triangles.size())});
-        table.add_row({"lights", grouped(scene.lights.size())});
-        table.add_row({"radius r", number(visibility_.settings.radius)});
-        table.add_row({"quality q", number(visibility_.settings.quality)});
-        table.add_row({"spacing g", number(cache_settings_of(visibility_).spacing)});
-        table.add_row({"lamp radius", lamp_size_text(lamps_of(embree_, visibility_))});
-        table.add_row({"frames rendered", grouped(static_cast<unsigned long long>(made_))});
-        if (made_ == 0)
-            return table.text();
-        table.add_rule();
-        table.add_row({"seconds: BVH", fixed(embree_.seconds_building(), 3)});
-        table.add_row({"seconds: first frame", fixed(first_seconds_, 3)});
-        table.add_row(
-            {"seconds: each frame after it", made_ > 1 ? fixed(later_seconds_ / (made_ - 1), 3) : "-"});
-        table.add_row({"seconds: poses and updates, each frame", fixed(seconds_between_ / made_, 3)});
-        table.add_row({"  of all threads: rays to surfaces", fixed(spent_.seconds_tracing, 3)});
-        table.add_row({"  of all threads: shadows", fixed(spent_.visibility.seconds, 3)});
-        table.add_row({"  of all threads: shading", fixed(spent_.seconds_shading, 3)});
-        return table.text();
+    void add_frame() {
+        {
+            const std::scoped_lock lock(guard_);
+            if (++done_ == 1)
+                first_done_ = Clock::now();
+        }
+        show(0.0);
     }
 
 private:
-    void go_to(double time) {
-        const SceneChange change = film_.go_to(time);
-        embree_.update(change);
-        if (shadows_)
-            shadows_->update(embree_, change);
-        else
-            shadows_ = make_visibility(options_.algorithm, embree_, visibility_);
+    /// The first frame is the dearest: others are taken for a measure as soon as there are some.
+    double seconds_of_frame() const {
+        if (done_ == 1)
+            return std::chrono::duration<double>(first_done_ - start_).count();
+        return seconds_since(first_done_) / static_cast<double>(done_ - 1);
     }
 
-    const FilmOptions& options_;
-    Film film_;
-    VisibilityOptions visibility_;
-    EmbreeScene embree_;
-    std::unique_ptr<Visibility> shadows_;
-    RenderStatistics spent_;
-    int made_ = 0;
-    double first_seconds_ = 0.0;
-    double later_seconds_ = 0.0;
-    double last_seconds_ = 0.0;
-    double seconds_between_ = 0.0;
+    ProgressBar bar_;
+    std::size_t there_;
+    std::size_t frames_;
+    std::size_t done_ = 0;
+    std::mutex guard_;
+    Clock::time_point start_ = Clock::now();
+    Clock::time_point first_done_{};
 };
 
-void write_frame(const FilmOptions& options, Image image, const std::filesystem::path& file) {
-    write_image(options.format == "png" ? toned(std::move(image), options.render.tone) : image, file);
-}
+/// Makes the frames of a film that are not there yet, with all ranks.
+class FilmJob {
+public:
+    /// `folder` and `progress` on rank 0 only.
+    FilmJob(Ranks& ranks, const FilmOptions& options, const Schedule& schedule, FilmMaker& maker,
+            const FrameFolder* folder, FilmProgress* progress)
+        : ranks_(ranks), options_(options), schedule_(schedule), maker_(maker), folder_(folder),
+          progress_(progress) {}
 
-/// Renders the frames that are not there; false if the user has stopped it.
-bool make_frames(const FilmOptions& options, const Schedule& schedule, const FrameFolder& folder,
-                 FilmMaker& maker) {
+    /// In batches: what ranks find in one, all know in the next.
+    void make(std::span<const int> frames) {
+        const std::size_t most =
+            ranks_.size() == 1 ? frames.size() : batch_per_rank * static_cast<std::size_t>(ranks_.size());
+        for (std::size_t first = 0; first < frames.size(); first += most) {
+            if (first > 0)
+                maker_.merge_at(schedule_.time(frames[first]));
+            make_batch(frames.subspan(first, (std::min)(most, frames.size() - first)));
+        }
+    }
+
+private:
+    static constexpr std::size_t batch_per_rank = 16;
+
+    void make_batch(std::span<const int> frames) {
+        std::vector<int> others(frames.begin(), frames.end());
+        if (ranks_.size() > 1)
+            for (const int frame : make_key_frames(frames))
+                std::erase(others, frame);
+        const auto show_alone = [&](double part) {
+            if (ranks_.size() == 1)
+                show(part);
+        };
+        const auto work = [&](std::size_t i, WorkWatch& watch) {
+            return encode(maker_.frame(schedule_.time(others[i]), watch, show_alone));
+        };
+        share_out(ranks_, others.size(), work,
+                  [&](std::size_t i, int, const Bytes& file) { write(others[i], file); });
+    }
+
+    /// Frames that are far from each other, each by all ranks together, until none of a step is cold: so all
+    /// ranks begin warm where they go on alone, and nobody traces what another one traces.
+    std::vector<int> make_key_frames(std::span<const int> frames) {
+        std::vector<int> made;
+        for (const std::vector<std::size_t>& step : key_steps(frames.size(), ranks_.size())) {
+            bool is_cold = false;
+            for (const std::size_t i : step) {
+                const double time = schedule_.time(frames[i]);
+                FilmMaker::TogetherMade frame = maker_.frame_together(time, [&](double part) { show(part); });
+                if (ranks_.is_first())
+                    write(frames[i], encode(std::move(frame.image)));
+                is_cold = is_cold || frame.is_cold;
+                made.push_back(frames[i]);
+            }
+            if (!is_cold)
+                break;
+        }
+        return made;
+    }
+
+    /// Where the frame was rendered: rank 0 has enough to do with files.
+    Bytes encode(Image image) const {
+        return bytes_of_text(options_.format == "png"
+                                 ? encoded(toned(std::move(image), options_.render.tone), ".png")
+                                 : encoded(image, ".exr"));
+    }
+
+    void write(int frame, const Bytes& file) {
+        write_file(folder_->frame(frame), text_in(file));
+        progress_->add_frame();
+    }
+
+    void show(double part) {
+        if (progress_ != nullptr)
+            progress_->show(part);
+    }
+
+    Ranks& ranks_;
+    const FilmOptions& options_;
+    const Schedule& schedule_;
+    FilmMaker& maker_;
+    const FrameFolder* folder_;
+    FilmProgress* progress_;
+};
+
+std::vector<int> missing_frames(const FrameFolder& folder, const Schedule& schedule) {
     std::vector<int> missing;
     for (int number = 1; number <= schedule.frames; ++number)
         if (!folder.has(number))
@@ -267,45 +321,75 @@ bool make_frames(const FilmOptions& options, const Schedule& schedule, const Fra
     if (kept > 0)
         std::cout << kept << " of " << schedule.frames << " frames are there already and stay\n"
                   << std::flush;
-    ProgressBar bar(options.algorithm);
-    for (std::size_t i = 0; i < missing.size(); ++i) {
-        const auto show = [&](double done) {
-            const double frames_left = static_cast<double>(missing.size() - i) - done;
-            const std::string place =
-                "frame " + std::to_string(missing[i]) + " of " + std::to_string(schedule.frames);
-            bar.show(1.0 - frames_left / static_cast<double>(missing.size()),
-                     i == 0 ? place
-                            : place + ", " + duration_text(frames_left * maker.last_seconds()) + " left");
-        };
-        std::optional<Image> image = maker.frame(schedule.time(missing[i]), show);
-        if (!image)
-            return false;
-        write_frame(options, std::move(*image), folder.frame(missing[i]));
-    }
-    return true;
+    return missing;
 }
 
-int make_film(const FilmOptions& options) {
+/// Throws std::runtime_error if another rank would render other frames: of another file, say.
+void check_same_film(Ranks& ranks, const FilmTraits& traits) {
+    const std::vector<Bytes> texts = ranks.gather(bytes_of_text(text_of(traits)));
+    for (std::size_t rank = 1; rank < texts.size(); ++rank)
+        if (const std::string differing = differences(text_in(texts[rank]), traits); !differing.empty())
+            throw std::runtime_error("rank " + std::to_string(rank) + " of " + std::to_string(texts.size()) +
+                                     " has another film than rank 0: " + differing);
+}
+
+std::vector<int> shared(Ranks& ranks, const std::vector<int>& mine) {
+    Bytes bytes(mine.size() * sizeof(int));
+    std::memcpy(bytes.data(), mine.data(), bytes.size());
+    bytes = ranks.broadcast(std::move(bytes));
+    std::vector<int> numbers(bytes.size() / sizeof(int));
+    std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    return numbers;
+}
+
+int make_film(const FilmOptions& options, Ranks& ranks) {
     static_cast<void>(interrupted());  // from now on Ctrl-C lets a frame be written
-    const Output output = output_of(options);
+    const bool is_first = ranks.is_first();
+    const Output output = is_first ? output_of(options) : Output{};
     Film film = open_film(options, moving_of(options));
-    for (const std::string& remark : film.scene().remarks)
-        std::cout << "note: " << remark << '\n';
+    if (is_first)
+        for (const std::string& remark : film.scene().remarks)
+            std::cout << "note: " << remark << '\n';
     const Schedule schedule = schedule_of(options, film.length());
     const VisibilityOptions visibility = visibility_options(options, film.scene());
-    const FrameFolder folder(output.frames, "." + options.format, options.render.width,
-                             options.render.height);
-    folder.claim(traits_of(options, visibility, film, schedule), options.overwrite);
-    FilmMaker maker(options, std::move(film), visibility);
-    const bool is_whole = make_frames(options, schedule, folder, maker);
-    std::cout << maker.report();
-    if (is_whole && !output.movie.empty())
-        write_movie(folder.pattern(), schedule.frames, options.fps, output.movie);
-    std::cout << "frames: " << output.frames.string() << '\n';
-    if (!is_whole) {
-        std::cerr << "interrupted: whole frames stay; the same command goes on with the others\n";
-        return exit_interrupted;
+    const FilmTraits traits = traits_of(options, visibility, film, schedule);
+    check_same_film(ranks, traits);
+    std::optional<FrameFolder> folder;
+    std::vector<int> missing;
+    if (is_first) {
+        folder.emplace(output.frames, "." + options.format, options.render.width, options.render.height);
+        folder->claim(traits, options.overwrite);
+        missing = missing_frames(*folder, schedule);
     }
+    missing = shared(ranks, missing);
+    FilmMaker maker(ranks, options.algorithm, options.render, std::move(film), visibility);
+    std::optional<std::string> why_not_whole;
+    try {
+        std::optional<FilmProgress> progress;
+        if (is_first)
+            progress.emplace(options.algorithm, static_cast<std::size_t>(schedule.frames) - missing.size(),
+                             missing.size(), progress_elsewhere(ranks));
+        FilmJob(ranks, options, schedule, maker, folder ? &*folder : nullptr, progress ? &*progress : nullptr)
+            .make(missing);
+    } catch (const Interrupted& interrupt) {
+        if (!is_first)
+            throw;
+        why_not_whole = interrupt.what();
+    }
+    const std::string report = maker.report(!why_not_whole);
+    if (!is_first)
+        return 0;
+    if (why_not_whole) {
+        // At once: who has started the ranks gives them a second to end.
+        std::cerr << "interrupted: whole frames stay; the same command goes on with the others"
+                  << (ranks.size() > 1 ? " (" + *why_not_whole + ")" : "") << std::endl;
+    }
+    std::cout << report;
+    if (!why_not_whole && !output.movie.empty())
+        write_movie(folder->pattern(), schedule.frames, options.fps, output.movie);
+    std::cout << "frames: " << output.frames.string() << '\n';
+    if (why_not_whole)
+        return exit_interrupted;
     if (!output.movie.empty())
         std::cout << "film: " << output.movie.string() << '\n';
     return 0;
@@ -333,7 +417,7 @@ void add_time_options(CLI::App& command, FilmOptions& options) {
 
 }  // namespace
 
-void add_film_command(CLI::App& program, int& status) {
+void add_film_command(CLI::App& program, Ranks& ranks, int& status) {
     const auto options = std::make_shared<FilmOptions>();
     CLI::App* command = program.add_subcommand(
         "film", "render a film of park, rooms, spheres, or of a glTF file with an animation");
@@ -355,7 +439,7 @@ void add_film_command(CLI::App& program, int& status) {
                       "render all frames, where otherwise those of the same film that are there stay");
     add_render_options(*command, *options);
     add_tone_option(*command, *options);
-    command->callback([options, &status] { status = make_film(*options); });
+    command->callback([options, &ranks, &status] { status = make_film(*options, ranks); });
 }
 
 }  // namespace demo

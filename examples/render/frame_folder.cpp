@@ -28,13 +28,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view frame_start = "frame-";
 constexpr const char* traits_name = "film.txt";
 
-std::string text_of(const FilmTraits& traits) {
-    std::string text;
-    for (const auto& [name, value] : traits)
-        text += name + ": " + value + '\n';
-    return text;
-}
-
 std::map<std::string, std::string> traits_in(const std::string& text) {
     std::map<std::string, std::string> traits;
     std::istringstream lines(text);
@@ -42,19 +35,6 @@ std::map<std::string, std::string> traits_in(const std::string& text) {
         if (const std::size_t colon = line.find(": "); colon != std::string::npos)
             traits[line.substr(0, colon)] = line.substr(colon + 2);
     return traits;
-}
-
-/// "width is 48 there and 64 here, ..."; empty if all is the same.
-std::string differences(const std::string& there, const FilmTraits& here) {
-    const std::map<std::string, std::string> known = traits_in(there);
-    std::string text;
-    for (const auto& [name, value] : here) {
-        const auto found = known.find(name);
-        const std::string other = found == known.end() ? "not known" : found->second;
-        if (other != value)
-            text += (text.empty() ? "" : ", ") + name + " is " + other + " there and " + value + " here";
-    }
-    return text;
 }
 
 bool is_frame(const fs::path& file) {
@@ -79,6 +59,25 @@ bool is_left_over(const fs::path& file) {
 }
 
 }  // namespace
+
+std::string text_of(const FilmTraits& traits) {
+    std::string text;
+    for (const auto& [name, value] : traits)
+        text += name + ": " + value + '\n';
+    return text;
+}
+
+std::string differences(const std::string& there, const FilmTraits& here) {
+    const std::map<std::string, std::string> known = traits_in(there);
+    std::string text;
+    for (const auto& [name, value] : here) {
+        const auto found = known.find(name);
+        const std::string other = found == known.end() ? "not known" : found->second;
+        if (other != value)
+            text += (text.empty() ? "" : ", ") + name + " is " + other + " there and " + value + " here";
+    }
+    return text;
+}
 
 FrameFolder::FrameFolder(fs::path folder, std::string extension, int width, int height)
     : folder_(std::move(folder)), extension_(std::move(extension)), width_(width), height_(height) {

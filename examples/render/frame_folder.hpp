@@ -11,6 +11,12 @@ namespace demo {
 /// What decides how the frames of a film look: names and values.
 using FilmTraits = std::vector<std::pair<std::string, std::string>>;
 
+/// A line for each.
+std::string text_of(const FilmTraits& traits);
+/// How a film of which there is such a text differs: "width is 48 there and 64 here, ..."; empty if it does
+/// not.
+std::string differences(const std::string& there, const FilmTraits& here);
+
 /// A folder of numbered frames, frame-0001.png and so on, and film.txt, which says what they are of: so a
 /// film can be gone on with, and two are never mixed.
 class FrameFolder {

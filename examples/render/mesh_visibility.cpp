@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -61,6 +62,7 @@ public:
 
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
     std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }
+    void merge(std::span<const std::byte> known) override { mesh_.merge(known); }
 
 private:
     Mesh mesh_;

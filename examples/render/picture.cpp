@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "render/commands.hpp"
+#include "render/open_scene.hpp"
 #include "render/options.hpp"
+#include "render/ranks.hpp"
 #include "render/run.hpp"
 #include "render/saved_mesh.hpp"
 
@@ -9,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace demo {
 
@@ -30,23 +33,40 @@ void check_mesh_options(const PictureOptions& options) {
                 std::string(name) + " is for cache, lmm, linked and express, not for " + options.algorithm);
 }
 
-int make_picture(const PictureOptions& options) {
-    const std::filesystem::path scene_name = options.scene;
-    const std::filesystem::path output =
-        options.output.empty() ? scene_name.stem().string() + ".png" : options.output;
-    check_mesh_options(options);
+void prepare_files(const PictureOptions& options, const std::filesystem::path& output) {
     prepare_picture(output);
     if (!options.exr.empty())
         prepare_file(options.exr);
     if (!options.saved_mesh.empty())
         prepare_file(options.saved_mesh);
-    const Scene scene = show_scene(options);
+}
+
+/// Throws std::runtime_error if another rank would render another picture: of another file, say.
+void check_same_scene(Ranks& ranks, const Scene& scene) {
+    const std::vector<Bytes> sums = ranks.gather(bytes_of(look_fingerprint(scene)));
+    for (std::size_t rank = 1; rank < sums.size(); ++rank)
+        if (sums[rank] != sums[0])
+            throw std::runtime_error("rank " + std::to_string(rank) + " of " + std::to_string(sums.size()) +
+                                     " has another scene than rank 0");
+}
+
+int make_picture(const PictureOptions& options, Ranks& ranks) {
+    const std::filesystem::path scene_name = options.scene;
+    const std::filesystem::path output =
+        options.output.empty() ? scene_name.stem().string() + ".png" : options.output;
+    check_mesh_options(options);
+    if (ranks.is_first())
+        prepare_files(options, output);
+    const Scene scene = ranks.is_first() ? show_scene(options) : open_scene(options);
+    check_same_scene(ranks, scene);
     VisibilityOptions visibility = visibility_options(options, scene);
     if (!options.mesh.empty())
         visibility.known = load_mesh(options.mesh, scene);
     visibility.keep_snapshot = !options.saved_mesh.empty();
     const EmbreeScene embree(scene);
-    const Run made = run(options.algorithm, embree, visibility, options.render);
+    const Run made = run(options.algorithm, embree, visibility, options.render, ranks);
+    if (!ranks.is_first())
+        return 0;
     // Also of a picture that is not finished: what was found is worth as much.
     if (!options.saved_mesh.empty())
         save_mesh(options.saved_mesh, made.snapshot, scene);
@@ -69,7 +89,7 @@ int make_picture(const PictureOptions& options) {
 
 }  // namespace
 
-void add_picture_command(CLI::App& program, int& status) {
+void add_picture_command(CLI::App& program, Ranks& ranks, int& status) {
     const auto options = std::make_shared<PictureOptions>();
     CLI::App* command = program.add_subcommand("picture", "render one picture");
     add_scene_options(*command, *options);
@@ -85,7 +105,7 @@ void add_picture_command(CLI::App& program, int& status) {
                         "write the cache or the light mesh to a file (cache, lmm, linked, express)");
     add_render_options(*command, *options);
     add_tone_option(*command, *options);
-    command->callback([options, &status] { status = make_picture(*options); });
+    command->callback([options, &ranks, &status] { status = make_picture(*options, ranks); });
 }
 
 }  // namespace demo

@@ -29,7 +29,6 @@ namespace demo {
 
 namespace {
 
-constexpr int tile_size = 16;
 /// Places for visibilities that a thread holds at most, for points times lights.
 constexpr std::size_t most_visibilities = std::size_t{1} << 18;
 /// Rays that add less than this to a pixel are not traced.
@@ -302,12 +301,14 @@ void render(const EmbreeScene& scene, const Visibility& visibility, const Render
     const View view(scene.scene().camera, options.width, options.height);
     const int columns = (options.width + tile_size - 1) / tile_size;
     const int rows = (options.height + tile_size - 1) / tile_size;
+    const int tiles = options.tiles.empty() ? columns * rows : static_cast<int>(options.tiles.size());
     statistics = {};
     std::mutex one_at_a_time;
     int done = 0;
-    const auto render_tile = [&](int index) {
+    const auto render_tile = [&](int i) {
         if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
             return;
+        const int index = options.tiles.empty() ? i : options.tiles[static_cast<std::size_t>(i)];
         Tile tile(scene, visibility, options);
         const TilePixels pixels = tile.render(view, index % columns * tile_size, index / columns * tile_size);
         const std::scoped_lock lock(one_at_a_time);
@@ -315,11 +316,11 @@ void render(const EmbreeScene& scene, const Visibility& visibility, const Render
         statistics += tile.statistics();
         ++done;
         if (progress)
-            progress(static_cast<double>(done) / static_cast<double>(columns * rows));
+            progress(static_cast<double>(done) / static_cast<double>(tiles));
     };
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] { tbb::parallel_for(0, columns * rows, render_tile); });
-    statistics.finished = done == columns * rows;
+    arena.execute([&] { tbb::parallel_for(0, tiles, render_tile); });
+    statistics.finished = done == tiles;
     statistics.seconds = watch.seconds();
 }
 

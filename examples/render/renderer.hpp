@@ -12,8 +12,12 @@
 #include <functional>
 #include <limits>
 #include <span>
+#include <vector>
 
 namespace demo {
+
+/// Pictures are rendered by tiles of so many pixels a side, or what is left of these at the right and below.
+inline constexpr int tile_size = 16;
 
 struct RenderOptions {
     int width = 960;
@@ -28,6 +32,7 @@ struct RenderOptions {
     float ambient_distance = std::numeric_limits<float>::infinity();  ///< beyond which nothing hides it
     /// Whether the background is left out where it is seen directly, not in mirrors and glass.
     bool transparent_background = false;
+    std::vector<int> tiles{};  ///< numbers of those to render, row by row from 0; empty: all
 };
 
 struct RenderStatistics {

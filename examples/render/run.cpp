@@ -2,6 +2,8 @@
 #include "render/run.hpp"
 
 #include "render/lamps.hpp"
+#include "render/merge_ranks.hpp"
+#include "render/render_together.hpp"
 #include "render/terminal.hpp"
 #include "render/text_table.hpp"
 
@@ -10,13 +12,50 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
+#include <memory>
 #include <stdexcept>
 #include <system_error>
 
 namespace demo {
 
-Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
-        const RenderOptions& options) {
+namespace {
+
+/// What a rank has done.
+struct RankPart {
+    RenderStatistics statistics;
+    lightmesh::MeshStatistics mesh;
+    lightmesh::CacheStatistics cache;
+};
+
+void add(Run& sum, const RankPart& part) {
+    sum.statistics += part.statistics;
+    if (sum.mesh) {
+        sum.mesh->long_rays += part.mesh.long_rays;
+        sum.mesh->link_rays += part.mesh.link_rays;
+        sum.mesh->long_tests += part.mesh.long_tests;
+    }
+    if (sum.cache) {
+        sum.cache->lamp_rays += part.cache.lamp_rays;
+        sum.cache->place_rays += part.cache.place_rays;
+        sum.cache->link_rays += part.cache.link_rays;
+    }
+}
+
+/// On rank 0 `made` becomes that of all.
+void add_other_ranks(Run& made, Ranks& ranks) {
+    const std::vector<Bytes> parts =
+        ranks.gather(bytes_of(RankPart{made.statistics, made.mesh.value_or(lightmesh::MeshStatistics{}),
+                                       made.cache.value_or(lightmesh::CacheStatistics{})}));
+    for (std::size_t rank = 1; rank < parts.size(); ++rank)
+        add(made, value_in<RankPart>(parts[rank]));
+    made.ranks = ranks.size();
+}
+
+using MakeImage = std::function<Image(Visibility&, RenderStatistics&, ProgressBar&)>;
+
+Run run_by(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
+           ProgressBar::Elsewhere progress_elsewhere, const MakeImage& make_image) {
     Run made;
     made.algorithm = algorithm;
     made.settings = visibility.settings;
@@ -25,14 +64,48 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
     const auto start = std::chrono::steady_clock::now();
     const std::unique_ptr<Visibility> shadows = make_visibility(algorithm, scene, visibility);
     made.seconds_preparing = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    ProgressBar bar(algorithm);
-    made.image = render(
-        scene, *shadows, options, made.statistics, [&](double done) { bar.show(done); }, &interrupted());
+    {
+        ProgressBar bar(algorithm, progress_elsewhere);
+        made.image = make_image(*shadows, made.statistics, bar);
+    }
     made.mesh = shadows->mesh();
     made.cache = shadows->cache();
     made.bytes = made.mesh ? made.mesh->bytes : made.cache ? made.cache->bytes : shadows->bytes();
     if (visibility.keep_snapshot)
         made.snapshot = shadows->snapshot();
+    return made;
+}
+
+}  // namespace
+
+Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
+        const RenderOptions& options) {
+    return run_by(algorithm, scene, visibility, ProgressBar::Elsewhere::nothing,
+                  [&](const Visibility& shadows, RenderStatistics& statistics, ProgressBar& bar) {
+                      return render(
+                          scene, shadows, options, statistics, [&](double done) { bar.show(done); },
+                          &interrupted());
+                  });
+}
+
+Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
+        const RenderOptions& options, Ranks& ranks) {
+    if (ranks.size() == 1)
+        return run(algorithm, scene, visibility, options);
+    Run made = run_by(algorithm, scene, visibility, progress_elsewhere(ranks),
+                      [&](Visibility& shadows, RenderStatistics& statistics, ProgressBar& bar) {
+                          static_cast<void>(interrupted());
+                          RankMerge merge;
+                          int rounds = 0;
+                          const auto after_round = [&] {
+                              if (++rounds < together_rounds || visibility.keep_snapshot)
+                                  merge.run(ranks, shadows);
+                          };
+                          return render_together(
+                              ranks, scene, shadows, options, statistics,
+                              [&](double done) { bar.show(done); }, after_round);
+                      });
+    add_other_ranks(made, ranks);
     return made;
 }
 
@@ -54,6 +127,8 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"quality q", number(run.settings.quality)});
     table.add_row({"spacing g", number(run.spacing)});
     table.add_row({"lamp radius", run.lamp_sizes});
+    if (run.ranks > 1)
+        table.add_row({"ranks, whose points and rays are summed", std::to_string(run.ranks)});
     table.add_row({"surface points", grouped(spent.shading_points)});
     table.add_rule();
     table.add_row({"seconds: BVH", fixed(scene.seconds_building(), 3)});

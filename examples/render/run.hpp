@@ -2,6 +2,7 @@
 #pragma once
 
 #include "image/image.hpp"
+#include "render/ranks.hpp"
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
 
@@ -29,6 +30,7 @@ struct Run {
     std::optional<lightmesh::CacheStatistics> cache;
     std::size_t bytes = 0;            ///< of the mesh, of the cache, or of maps and volumes
     std::vector<std::byte> snapshot;  ///< of the mesh, if `VisibilityOptions::keep_snapshot`
+    int ranks = 1;                    ///< whose points and rays are summed; all else is of rank 0
 
     double seconds() const { return seconds_preparing + statistics.seconds; }
 };
@@ -36,6 +38,11 @@ struct Run {
 /// Renders one picture with a progress bar, until Ctrl-C or SIGTERM.
 Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
         const RenderOptions& options);
+/// The same by all ranks, which must call this together. The picture and all counts are on rank 0; the
+/// snapshot is of what all know. Where there are several, throws `Interrupted` instead of returning a picture
+/// that is not finished.
+Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
+        const RenderOptions& options, Ranks& ranks);
 
 /// With four digits, as short as can be.
 std::string number(float value);

@@ -14,6 +14,7 @@ namespace demo {
 namespace {
 
 constexpr int bar_width = 40;
+constexpr std::chrono::seconds between_lines{5};
 
 std::atomic<bool> was_interrupted{false};
 
@@ -28,8 +29,8 @@ void note_interrupt(int signal) {
 
 }  // namespace
 
-ProgressBar::ProgressBar(std::string caption)
-    : caption_(std::move(caption)), is_terminal_(isatty(STDERR_FILENO) != 0) {
+ProgressBar::ProgressBar(std::string caption, Elsewhere elsewhere)
+    : caption_(std::move(caption)), is_terminal_(isatty(STDERR_FILENO) != 0), elsewhere_(elsewhere) {
     show(0.0);
 }
 
@@ -40,6 +41,14 @@ ProgressBar::~ProgressBar() {
 
 void ProgressBar::show(double done, const std::string& note) {
     const int percent = static_cast<int>(100.0 * done);
+    if (!is_terminal_ && elsewhere_ == Elsewhere::lines) {
+        const auto now = std::chrono::steady_clock::now();
+        if (now - line_shown_ < between_lines)
+            return;
+        line_shown_ = now;
+        std::fprintf(stderr, "%s: %d %% %s\n", caption_.c_str(), percent, note.c_str());
+        return;
+    }
     if (!is_terminal_ || (percent == shown_percent_ && note == shown_note_))
         return;
     shown_percent_ = percent;

@@ -4,6 +4,7 @@
 #include "render/renderer.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <string>
 
 namespace demo {
@@ -11,7 +12,11 @@ namespace demo {
 /// A progress bar on the error stream if that is a terminal, else nothing. It goes when this goes.
 class ProgressBar {
 public:
-    explicit ProgressBar(std::string caption);
+    /// Where there is no terminal: nothing, or a line now and then, for those who see the program through
+    /// another one.
+    enum class Elsewhere { nothing, lines };
+
+    explicit ProgressBar(std::string caption, Elsewhere elsewhere = Elsewhere::nothing);
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
@@ -22,6 +27,8 @@ public:
 private:
     std::string caption_;
     bool is_terminal_;
+    Elsewhere elsewhere_;
+    std::chrono::steady_clock::time_point line_shown_ = std::chrono::steady_clock::now();
     int shown_percent_ = -1;
     std::string shown_note_;
 };

@@ -64,6 +64,9 @@ public:
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }
     /// Of the visibility cache, if there is one.
     virtual std::optional<lightmesh::CacheStatistics> cache() const { return std::nullopt; }
+    /// Adds what the `snapshot` of another one knows, of the scene as it is here and was there. Not while
+    /// another thread uses this. Throws what the library's `merge` throws.
+    virtual void merge(std::span<const std::byte> /*known*/) {}
     /// Of shadow maps and volumes outside a mesh.
     virtual std::size_t bytes() const { return 0; }
     /// All that a light mesh or a cache of lamps knows, for `VisibilityOptions::known`; nothing where there
@@ -102,6 +105,9 @@ inline lightmesh::CacheSettings cache_settings_of(const VisibilityOptions& optio
         settings.spacing = options.settings.radius / 4.0f;
     return settings;
 }
+
+/// Rays that were traced for what a mesh or a cache keeps, so far; 0 where there is none.
+std::uint64_t kept_rays(const Visibility& visibility);
 
 /// A way to find visibility, by the name that the command line knows it by.
 struct Algorithm {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <lightmesh/cache/lamp_pattern.hpp>
-#include <lightmesh/cache/record.hpp>
 #include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
@@ -13,7 +12,6 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -40,17 +38,11 @@ public:
                 }
             },
             light);
-        const auto bits = [](float value) -> std::uint64_t {
-            return std::bit_cast<std::uint32_t>(value);
-        };
-        salt_ = mix_bits(bits(shape_.at.x) ^ bits(shape_.at.y) << 21 ^ bits(shape_.at.z) << 42);
     }
 
     const LightShape& shape() const { return shape_; }
     /// Whether one ray says all.
     bool is_point() const { return !is_rectangle_ && size_ == 0.0; }
-    /// Differs from lamp to lamp.
-    std::uint64_t salt() const { return salt_; }
 
     /// Whether all of the lamp lies below the plane through a point.
     bool is_below(const glm::vec3& point, const glm::vec3& unit_normal) const {
@@ -92,7 +84,8 @@ public:
     /// The lamp as seen from one point: where rays go.
     class View {
     public:
-        /// `turn`: 32 bits that choose a rotation, or a shift, of the pattern. `step`: of the lattice, for
+        /// `turn`: 32 bits that choose a rotation, or a shift, of the pattern. They should not depend on the
+        /// lamp: while it moves, what its rays miss then stays nearly the same. `step`: of the lattice, for
         /// the ends of rays; `reach`: their greatest length.
         View(const Lamp& lamp, const glm::vec3& origin, std::uint32_t turn, double step, double reach)
             : origin_(origin), turn_bits_(turn), is_rectangle_(lamp.is_rectangle_) {
@@ -180,7 +173,6 @@ private:
     bool is_rectangle_ = false;
     double size_ = 0.0;  ///< radius; of a directional light the tangent of its angle
     glm::dvec3 half_u_{0.0}, half_v_{0.0};
-    std::uint64_t salt_ = 0;
 };
 
 }  // namespace lightmesh::detail

@@ -32,6 +32,29 @@ using TileValues = std::array<std::uint8_t, lamps_per_tile>;
 /// For each light of a tile, from how many places it is seen, or not.
 using SightCounts = std::array<std::uint8_t, lamps_per_tile>;
 
+/// How many rays a row sends to each lamp.
+struct RayPlan {
+    bool has_rim;       ///< whether eight go to the lamp's rim, before all others
+    std::size_t first;  ///< how many before it is asked whether they disagree
+    std::size_t most;   ///< where they do
+
+    /// For penumbrae as good as this many rays make them. Rays to the rim only tell whether there is a
+    /// penumbra: of the values of its ends, where few rays are hidden or few are open, they miss little.
+    static RayPlan full(std::size_t most) {
+        if (most < 16)
+            return {.has_rim = false, .first = most, .most = most};
+        return {.has_rim = true, .first = 2, .most = most};
+    }
+    /// For what stands in for a record that does not fit, with little weight, or only to tell whether some of
+    /// the lamp is seen: ten rays of coarse levels, eight of fine ones; more if `lamp_rays` is more than 64.
+    static RayPlan glance(std::size_t lamp_rays, bool is_fine) {
+        if (!is_fine && lamp_rays >= 16)
+            return {.has_rim = true, .first = 2, .most = 2};
+        const std::size_t most = (std::max)(lamp_rays / 8, (std::min)(lamp_rays, std::size_t{8}));
+        return {.has_rim = false, .first = (std::min)(most, std::size_t{8}), .most = most};
+    }
+};
+
 /// Finds which shares of lamps are open: bytes of a row, 0 to 255.
 template <Intersector Tracer>
 class LampRays {
@@ -39,28 +62,26 @@ public:
     LampRays(const Tracer& tracer, const LampTable& lamps, std::size_t tile, const RowOrigin& origin)
         : tracer_(tracer), lamps_(lamps), tile_(tile), origin_(origin) {}
 
-    /// The lights in `wanted`, by two rays each and eight to the rim, and where any of those disagree by 16
-    /// and twice as many as long as they disagree, up to `most_rays`. Rays to the rim only tell whether there
-    /// is a penumbra: of the values of its ends, where few rays are hidden or few are open, they miss little.
-    void find(std::uint64_t wanted, std::size_t most_rays, TileValues& values) {
-        has_rim_ = most_rays >= 16;
-        for (std::size_t first = 0; first < most_rays && wanted != 0;) {
-            const std::size_t until =
-                first == 0 && has_rim_ ? 2 : (std::min)((std::max)(2 * first, std::size_t{16}), most_rays);
+    /// The lights in `wanted`, by the first rays of a plan each, and where any of those disagree by 16 and
+    /// twice as many as long as they disagree, up to the most.
+    void find(std::uint64_t wanted, const RayPlan& plan, TileValues& values) {
+        std::size_t first = 0;
+        for (std::size_t until = plan.first; wanted != 0;
+             until = (std::min)((std::max)(2 * first, std::size_t{16}), plan.most)) {
             for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1)
-                add_rays(static_cast<std::size_t>(std::countr_zero(rest)), first, until);
+                add_rays(static_cast<std::size_t>(std::countr_zero(rest)), first, until, plan.has_rim);
             flush();
             std::uint64_t mixed = 0;
             for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
                 const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-                const std::uint64_t bit = rest & (~rest + 1u);
-                const std::uint32_t sum = sums_[l];
-                values[l] = static_cast<std::uint8_t>((510u * open_[l] + sum) / (2u * (std::max)(sum, 1u)));
-                const bool sees_open = open_[l] != 0 || (rim_open_ & bit) != 0;
-                const bool sees_closed = open_[l] != sum || (rim_closed_ & bit) != 0;
+                values[l] = plan.most == 2 ? value_with_rim(l) : value(l);
+                const bool sees_open = open_[l] + rim_open_[l] != 0;
+                const bool sees_closed = open_[l] + rim_open_[l] != sums_[l] + rim_sums_[l];
                 if (sees_open && sees_closed)
-                    mixed |= bit;
+                    mixed |= rest & (~rest + 1u);
             }
+            if (until == plan.most)
+                return;
             wanted = mixed;
             first = until;
         }
@@ -94,11 +115,23 @@ private:
     const Lamp& lamp_of(std::size_t l) const { return lamps_.lamp(tile_ * lamps_per_tile + l); }
 
     Lamp::View view_of(const Lamp& lamp) const {
-        const auto turn = static_cast<std::uint32_t>(mix_bits(origin_.seed ^ lamp.salt()) >> 32);
-        return Lamp::View(lamp, origin_.place, turn, origin_.step, origin_.reach);
+        return Lamp::View(lamp, origin_.place, static_cast<std::uint32_t>(origin_.seed >> 32), origin_.step,
+                          origin_.reach);
     }
 
-    void add_rays(std::size_t l, std::size_t first, std::size_t until) {
+    /// The share of rays that are open.
+    std::uint8_t value(std::size_t l) const {
+        const std::uint32_t sum = sums_[l];
+        return static_cast<std::uint8_t>((510u * open_[l] + sum) / (2u * (std::max)(sum, 1u)));
+    }
+    /// The same of two rays, which stand for the inner half of the lamp, and eight to its rim.
+    std::uint8_t value_with_rim(std::size_t l) const {
+        if (rim_sums_[l] == 0)
+            return value(l);
+        return static_cast<std::uint8_t>((255u * (4u * open_[l] + rim_open_[l]) + 8u) / 16u);
+    }
+
+    void add_rays(std::size_t l, std::size_t first, std::size_t until, bool has_rim) {
         const Lamp& lamp = lamp_of(l);
         if (lamp.is_below(origin_.place, origin_.unit_normal))
             return;
@@ -108,7 +141,7 @@ private:
                 add(l, view.middle_ray());
             return;
         }
-        if (first == 0 && has_rim_)
+        if (first == 0 && has_rim)
             for (std::size_t i = 0; i < 8; ++i)
                 add(l | rim_flag, view.rim_ray(i));
         for (std::size_t i = first; i < until; ++i)
@@ -126,12 +159,11 @@ private:
         trace(tracer_, std::span<const Segment>(segments_).first(count_),
               std::span<std::uint8_t>(hit_).first(count_));
         for (std::size_t i = 0; i < count_; ++i) {
-            if ((light_[i] & rim_flag) != 0) {
-                (hit_[i] == 0 ? rim_open_ : rim_closed_) |= std::uint64_t{1} << (light_[i] - rim_flag);
-                continue;
-            }
-            ++sums_[light_[i]];
-            open_[light_[i]] += hit_[i] == 0 ? 1u : 0u;
+            const std::uint32_t open = hit_[i] == 0 ? 1u : 0u;
+            const std::size_t l = light_[i] & (rim_flag - 1);
+            const bool is_rim = (light_[i] & rim_flag) != 0;
+            ++(is_rim ? rim_sums_ : sums_)[l];
+            (is_rim ? rim_open_ : open_)[l] += open;
         }
         rays_ += count_;
         count_ = 0;
@@ -146,9 +178,8 @@ private:
     std::array<std::uint8_t, most_segments> hit_;
     std::array<std::uint32_t, lamps_per_tile> sums_{};
     std::array<std::uint32_t, lamps_per_tile> open_{};
-    bool has_rim_ = false;
-    std::uint64_t rim_open_ = 0;    ///< lights of which some part of the rim is seen
-    std::uint64_t rim_closed_ = 0;  ///< lights of which some part of the rim is hidden
+    std::array<std::uint32_t, lamps_per_tile> rim_sums_{};
+    std::array<std::uint32_t, lamps_per_tile> rim_open_{};
     std::size_t count_ = 0;
     std::uint64_t rays_ = 0;
 };

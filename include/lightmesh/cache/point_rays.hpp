@@ -39,7 +39,8 @@ public:
     PointRays(const Tracer& tracer, const Lattice& lattice, const LampTable& lamps,
               const CacheSettings& settings)
         : tracer_(tracer), lamps_(lamps), step_(lattice.step(lattice.finest_level())),
-          reach_(greatest_reach(lattice)), most_rays_(static_cast<std::size_t>(settings.lamp_rays)) {}
+          reach_(greatest_reach(lattice)),
+          plan_(RayPlan::full(static_cast<std::size_t>(settings.lamp_rays))) {}
 
     void find(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
               TileValues& values) {
@@ -69,7 +70,7 @@ private:
         };
         const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
         LampRays<Tracer> rays(tracer_, lamps_, tile, {start, unit_normal, seed, step_, reach_});
-        rays.find(wanted, most_rays_, values);
+        rays.find(wanted, plan_, values);
         lamp_rays_ += rays.rays();
     }
 
@@ -109,7 +110,7 @@ private:
     const LampTable& lamps_;
     double step_;
     double reach_;
-    std::size_t most_rays_;
+    RayPlan plan_;
     std::uint64_t lamp_rays_ = 0;
     std::uint64_t place_rays_ = 0;
 };

@@ -442,9 +442,14 @@ private:
         LampRays<Tracer> rays(tracer_, lamps_, tile,
                               {off_surface(column.place, column.normal, step), column.normal, hash_of(seed),
                                step, greatest_reach(lattice_)});
-        const int most = (std::max)(settings_.lamp_rays >> std::clamp(level - Lattice::base_level - 1, 0, 2),
+        const int below = level - Lattice::base_level;
+        const int most = (std::max)(settings_.lamp_rays >> std::clamp(below - 1, 0, 2),
                                     (std::min)(settings_.lamp_rays, 16));
-        rays.find(wanted, static_cast<std::size_t>(most), values);
+        rays.find(wanted,
+                  column.record->is_on_surface()
+                      ? RayPlan::full(static_cast<std::size_t>(most))
+                      : RayPlan::glance(static_cast<std::size_t>(settings_.lamp_rays), below >= 2),
+                  values);
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
     }
 

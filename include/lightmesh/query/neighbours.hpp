@@ -26,7 +26,7 @@ struct BrickPoints {
     /// order of z, y, x.
     std::uint32_t slot;
     /// Those that the linked short test has found so far.
-    std::uint64_t linked = 0;
+    std::uint64_t linked;
 };
 
 /// The bricks around the points of a block, each looked up once. A window stays where it is as long as the
@@ -131,7 +131,7 @@ public:
         std::size_t kept = 0;
         for (std::size_t i = 0; i < size_; ++i) {
             const std::uint64_t points = entries_[i].points & keep(std::as_const(entries_[i]));
-            entries_[kept] = {entries_[i].brick, points, entries_[i].slot};
+            entries_[kept] = {entries_[i].brick, points, entries_[i].slot, 0};
             kept += points != 0 ? 1u : 0u;
         }
         size_ = kept;

@@ -19,6 +19,7 @@
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/popcount.hpp>
+#include <lightmesh/support/room_for.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/vec3.hpp>
@@ -72,7 +73,7 @@ private:
     const LightTable& lights() const { return *mesh_.lights; }
     const Grid& grid() const { return *mesh_.grid; }
     ShortTest short_test() const { return mesh_.settings->short_test; }
-    std::span<QueryPoint> points() { return std::span(points_).first(point_count_); }
+    std::span<QueryPoint> points() { return {points_.data(), point_count_}; }
 
     std::span<float> row(const QueryPoint& point) const {
         return all_.subspan(point.row * lights().size(), lights().size());
@@ -113,8 +114,7 @@ private:
         for (; next < batch.size() && point_count_ < most_points; ++next) {
             if (entry_count + room > most_entries)
                 break;
-            QueryPoint& point = points_[point_count_];
-            point = QueryPoint(batch.positions[next], batch.normals[next]);
+            QueryPoint& point = points_.make(point_count_, batch.positions[next], batch.normals[next]);
             point.row = batch.rows.empty() ? next : batch.rows[next];
             point.share = batch.shares.empty() ? 1.0f : batch.shares[next];
             if (!is_finite(batch.positions[next]) || !is_finite(batch.normals[next])) {
@@ -163,7 +163,7 @@ private:
                 window_.find(slot, coord, [this](const MeshView& mesh, const glm::ivec3& at) {
                     return filler_.use_brick(mesh, at);
                 });
-            entries[i] = {brick, masks[i].points, slot};
+            entries[i] = {brick, masks[i].points, slot, 0};
         }
         point.neighbours = Neighbours(entries, size);
         return size;
@@ -425,7 +425,7 @@ private:
     std::size_t point_count_ = 0;
     std::uint32_t window_count_ = 0;
     MissingList missing_;
-    std::array<QueryPoint, most_points> points_;
+    RoomFor<QueryPoint, most_points> points_;
     std::array<std::array<std::uint64_t, most_cached_tiles>, most_points> reaching_;
     std::array<BrickPoints, most_entries> entries_;
     std::array<BrickChange, (most_points + 4) * most_changes_of_point> changes_;
@@ -451,7 +451,7 @@ float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3
     const std::size_t size = kernels().find_masks(hemisphere, masks);
     for (std::size_t i = 0; i < size; ++i) {
         const glm::ivec3 coord = hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z);
-        entries[i] = {filler.use_brick(mesh, coord), masks[i].points, 0};
+        entries[i] = {filler.use_brick(mesh, coord), masks[i].points, 0, 0};
     }
     point.neighbours = Neighbours(entries, size);
     mesh = filler.data().view();

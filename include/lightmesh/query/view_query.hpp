@@ -84,7 +84,7 @@ inline void query_view(const MeshView& mesh, const glm::vec3& position, const gl
     for (std::size_t i = 0; i < size; ++i) {
         const Brick* brick =
             mesh.find_brick(hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z));
-        entries[i] = {brick, masks[i].points, 0};
+        entries[i] = {brick, masks[i].points, 0, 0};
         is_known &= brick != nullptr;
     }
     const int count = Neighbours(entries, size).point_count();

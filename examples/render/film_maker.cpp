@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#include "render/film_maker.hpp"
+
+#include "render/lamps.hpp"
+#include "render/render_together.hpp"
+#include "render/run.hpp"
+#include "render/text_table.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace demo {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// What a rank has done.
+struct RankCount {
+    std::uint64_t frames;
+    std::uint64_t rays;
+};
+
+}  // namespace
+
+FilmMaker::FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& options, Film film,
+                     const VisibilityOptions& visibility)
+    : ranks_(ranks), algorithm_(std::move(algorithm)), options_(options), film_(std::move(film)),
+      visibility_(visibility),
+      // Built at 0 s, so that the tree is one and the same wherever a film begins.
+      embree_(film_.scene(), film_.moving().objects ? EmbreeScene::For::films : EmbreeScene::For::stills) {}
+
+Image FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
+    const auto start = Clock::now();
+    go_to(time);
+    RenderStatistics spent;
+    Image image = render(
+        embree_, *shadows_, options_, spent,
+        [&](double done) {
+            watch.look();
+            progress(done);
+        },
+        &watch.is_in_vain());
+    spent_ += spent;
+    count_frame(seconds_since(start));
+    return image;
+}
+
+FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& progress) {
+    const auto start = Clock::now();
+    go_to(time);
+    RenderStatistics spent;
+    std::uint64_t before = kept_rays(*shadows_);
+    std::uint64_t rays = 0;
+    const auto after_round = [&] {
+        const std::uint64_t of_round = rays_of_all_since(before);
+        before = kept_rays(*shadows_);
+        rays += of_round;
+        if (rank_0_says(of_round > 0 && 10 * together_rounds * of_round > most_rays_))
+            merge_.run(ranks_, *shadows_);
+    };
+    TogetherMade made{render_together(ranks_, embree_, *shadows_, options_, spent, progress, after_round),
+                      false};
+    spent_ += spent;
+    most_rays_ = (std::max)(most_rays_, rays);
+    made.is_cold = rank_0_says(10 * rays > most_rays_);
+    count_frame(seconds_since(start));
+    ++made_together_;
+    return made;
+}
+
+void FilmMaker::merge_at(double time) {
+    go_to(time);
+    merge_.run(ranks_, *shadows_);
+}
+
+std::string FilmMaker::report(bool is_whole) {
+    const Scene& scene = film_.scene();
+    TextTable table;
+    table.add_row({"algorithm", algorithm_});
+    table.add_row({"triangles", grouped(scene.triangles.size())});
+    table.add_row({"lights", grouped(scene.lights.size())});
+    table.add_row({"radius r", number(visibility_.settings.radius)});
+    table.add_row({"quality q", number(visibility_.settings.quality)});
+    table.add_row({"spacing g", number(cache_settings_of(visibility_).spacing)});
+    table.add_row({"lamp radius", lamp_size_text(lamps_of(embree_, visibility_))});
+    std::vector<RankCount> counts;
+    if (is_whole) {
+        const RankCount mine{static_cast<std::uint64_t>(made_ - made_together_),
+                             (shadows_ ? kept_rays(*shadows_) : 0) + spent_.visibility.shadow_rays +
+                                 spent_.visibility.short_rays};
+        for (const Bytes& of_rank : ranks_.gather(bytes_of(mine)))
+            counts.push_back(value_in<RankCount>(of_rank));
+    }
+    RankCount all{static_cast<std::uint64_t>(made_together_), 0};
+    for (const RankCount& count : counts) {
+        all.frames += count.frames;
+        all.rays += count.rays;
+    }
+    if (is_whole) {
+        table.add_row({"frames rendered", grouped(all.frames)});
+        table.add_row({"rays for shadows", grouped(all.rays)});
+    } else {
+        table.add_row({ranks_.size() == 1 ? "frames rendered" : "frames rendered by rank 0",
+                       grouped(static_cast<std::uint64_t>(made_))});
+    }
+    if (made_ > 0) {
+        table.add_rule();
+        table.add_row({"seconds: BVH", fixed(embree_.seconds_building(), 3)});
+        table.add_row({"seconds: first frame", fixed(first_seconds_, 3)});
+        table.add_row(
+            {"seconds: each frame after it", made_ > 1 ? fixed(later_seconds_ / (made_ - 1), 3) : "-"});
+        table.add_row({"seconds: poses and updates, each frame", fixed(seconds_between_ / made_, 3)});
+        table.add_row({"  of all threads: rays to surfaces", fixed(spent_.seconds_tracing, 3)});
+        table.add_row({"  of all threads: shadows", fixed(spent_.visibility.seconds, 3)});
+        table.add_row({"  of all threads: shading", fixed(spent_.seconds_shading, 3)});
+    }
+    if (counts.size() > 1) {
+        table.add_rule();
+        table.add_row({"ranks; the seconds above are of rank 0", grouped(counts.size())});
+        table.add_row({"frames by all ranks together", grouped(static_cast<std::uint64_t>(made_together_))});
+        for (std::size_t rank = 0; rank < counts.size(); ++rank)
+            table.add_row({"rank " + std::to_string(rank) + ": frames, and rays for shadows",
+                           grouped(counts[rank].frames) + ", " + grouped(counts[rank].rays)});
+        table.add_row({"merges", grouped(static_cast<std::uint64_t>(merge_.count()))});
+        if (merge_.count() > 0) {
+            const auto merges = static_cast<std::size_t>(merge_.count());
+            table.add_row({"bytes that all know, each merge", bytes_text(merge_.bytes() / merges)});
+            table.add_row({"seconds: each merge", fixed(merge_.seconds() / merge_.count(), 3)});
+        }
+    }
+    return table.text();
+}
+
+/// On rank 0.
+std::uint64_t FilmMaker::rays_of_all_since(std::uint64_t before) {
+    std::uint64_t rays = 0;
+    for (const Bytes& of_rank : ranks_.gather(bytes_of(kept_rays(*shadows_) - before)))
+        rays += value_in<std::uint64_t>(of_rank);
+    return rays;
+}
+
+bool FilmMaker::rank_0_says(bool is_so) {
+    return value_in<bool>(ranks_.broadcast(bytes_of(is_so)));
+}
+
+void FilmMaker::go_to(double time) {
+    const auto start = Clock::now();
+    const SceneChange change = film_.go_to(time);
+    embree_.update(change);
+    if (shadows_)
+        shadows_->update(embree_, change);
+    else
+        shadows_ = make_visibility(algorithm_, embree_, visibility_);
+    seconds_between_ += seconds_since(start);
+}
+
+void FilmMaker::count_frame(double seconds) {
+    (made_ == 0 ? first_seconds_ : later_seconds_) += seconds;
+    ++made_;
+}
+
+}  // namespace demo

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "image/image.hpp"
+#include "render/embree_scene.hpp"
+#include "render/merge_ranks.hpp"
+#include "render/ranks.hpp"
+#include "render/renderer.hpp"
+#include "render/share_out.hpp"
+#include "render/visibility.hpp"
+#include "scene/film.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace demo {
+
+/// Renders frames of a film one after another, alone or together with other ranks, and keeps count.
+class FilmMaker {
+public:
+    FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& options, Film film,
+              const VisibilityOptions& visibility);
+
+    /// The frame at a time, by this rank alone; not whole if `watch` says that it is in vain.
+    Image frame(double time, WorkWatch& watch, const Progress& progress);
+
+    struct TogetherMade {
+        Image image;   ///< on rank 0
+        bool is_cold;  ///< on all: whether more than a tenth had to be found that nobody knew
+    };
+    /// The frame at a time, by all ranks, which must call this together. What they find there is made known
+    /// to all, unless it is little.
+    TogetherMade frame_together(double time, const Progress& progress);
+
+    /// Goes to a time and lets all ranks know what each has found. All must call this together.
+    void merge_at(double time);
+
+    /// What it took, line by line, on rank 0. All must call this together if `is_whole`; else it says nothing
+    /// of other ranks.
+    std::string report(bool is_whole);
+
+private:
+    std::uint64_t rays_of_all_since(std::uint64_t before);
+    bool rank_0_says(bool is_so);
+    void go_to(double time);
+    void count_frame(double seconds);
+
+    Ranks& ranks_;
+    std::string algorithm_;
+    RenderOptions options_;
+    Film film_;
+    VisibilityOptions visibility_;
+    EmbreeScene embree_;
+    std::unique_ptr<Visibility> shadows_;
+    RankMerge merge_;
+    RenderStatistics spent_;
+    int made_ = 0;
+    int made_together_ = 0;
+    std::uint64_t most_rays_ = 0;  // that all have traced for one frame
+    double first_seconds_ = 0.0;
+    double later_seconds_ = 0.0;
+    double seconds_between_ = 0.0;
+};
+
+}  // namespace demo

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+
+// lightmesh-render by several ranks of MPI, all on this machine.
+
+#include "render/files.hpp"
+#include "render/runs.hpp"
+#include "run_command.hpp"
+#include "temporary_folder.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace {
+
+using test::Finished;
+using test::TemporaryFolder;
+
+/// More ranks than cores, as any user: the message about a status that is not 0 goes.
+const std::string mpirun = LIGHTMESH_MPIRUN
+    " --allow-run-as-root --oversubscribe --bind-to none --quiet --mca btl_vader_single_copy_mechanism none ";
+const std::string tiny = " --fps 4 --width 80 --height 60 --detail 1 --threads 1 ";
+
+Finished by_ranks(const TemporaryFolder& folder, int ranks, const std::string& arguments) {
+    return test::run(folder, mpirun + "-n " + std::to_string(ranks) + " " LIGHTMESH_RENDER " " + arguments);
+}
+
+std::string frame(const TemporaryFolder& folder, const std::string& name, int number,
+                  const std::string& extension = ".png") {
+    return (folder / (name + "/frame-000" + std::to_string(number) + extension)).string();
+}
+
+/// A rank writes down the number of its process, then becomes the program.
+std::string with_pid(const TemporaryFolder& folder, const std::string& arguments) {
+    return "sh -c 'echo $$ >" + (folder / "pid-").string() +
+           "$OMPI_COMM_WORLD_RANK; exec " LIGHTMESH_RENDER " " + arguments + "'";
+}
+
+/// Runs a film by two ranks and sends a signal to the second one when two frames are there.
+Finished stopped_by(const TemporaryFolder& folder, const std::string& signal, const std::string& film) {
+    return test::run(folder, mpirun + "-n 2 " + with_pid(folder, film) +
+                                 " & p=$!; while kill -0 $p && [ ! -s " + frame(folder, "film", 2) +
+                                 " ]; do sleep 0.01; done; kill -" + signal + " $(cat " +
+                                 (folder / "pid-1").string() + "); wait $p");
+}
+
+}  // namespace
+
+TEST_CASE("things are shared out in runs of neighbours, each once, whoever asks") {
+    demo::Runs runs(10, 2);
+    CHECK(runs.next(0) == 0);
+    CHECK(runs.next(1) == 5);
+    for (const std::size_t mine : {1, 2, 3, 4})
+        CHECK(runs.next(0) == mine);
+    CHECK(runs.next(0) == 8);  // the back half of what rank 1 has left
+    CHECK(runs.next(1) == 6);
+    CHECK(runs.next(0) == 9);
+    CHECK(runs.next(0) == 7);
+    CHECK_FALSE(runs.next(0));
+    CHECK_FALSE(runs.next(1));
+    CHECK_FALSE(demo::Runs(0, 3).next(2));
+
+    for (const int ranks : {1, 3, 8}) {
+        demo::Runs more(7, ranks);
+        std::vector<int> taken(7);
+        int rank = 0;
+        while (const std::optional<std::size_t> next = more.next(rank = (5 * rank + 2) % ranks))
+            ++taken[*next];
+        CHECK(taken == std::vector<int>(7, 1));
+    }
+}
+
+TEST_CASE("key frames halve what lies between those before, until there is one for each rank") {
+    using Steps = std::vector<std::vector<std::size_t>>;
+    CHECK(demo::key_steps(8, 4) == Steps{{0}, {4}, {2, 6}});
+    CHECK(demo::key_steps(8, 1) == Steps{{0}});
+    CHECK(demo::key_steps(2, 4) == Steps{{0}, {1}});
+    CHECK(demo::key_steps(0, 4).empty());
+}
+
+TEST_CASE("lightmesh-render by ranks: films are the same to the bit") {
+    const TemporaryFolder folder;
+    const std::string spheres = "film spheres" + tiny + "--frames 6 -o ";
+    REQUIRE(test::run(folder, LIGHTMESH_RENDER " " + spheres + (folder / "alone").string()).status == 0);
+    for (const int ranks : {1, 2, 4}) {
+        CAPTURE(ranks);
+        const std::string name = "by-" + std::to_string(ranks);
+        const Finished ran = by_ranks(folder, ranks, spheres + (folder / name).string());
+        REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+        for (int number = 1; number <= 6; ++number)
+            CHECK(demo::read_file(frame(folder, name, number)) ==
+                  demo::read_file(frame(folder, "alone", number)));
+        CHECK((ran.output.find("rank 0: frames, and rays for shadows") != std::string::npos) == (ranks > 1));
+        CHECK((ran.output.find("rank 3: frames, and rays for shadows") != std::string::npos) == (ranks > 3));
+        CHECK(ran.output.find("rank 4") == std::string::npos);
+        CHECK_FALSE(folder.has_part_files());
+    }
+    // A light mesh; what was there stays.
+    const std::string rooms = "film rooms -a linked" + tiny + "--format exr -o ";
+    REQUIRE(
+        test::run(folder, LIGHTMESH_RENDER " " + rooms + (folder / "mesh").string() + " --frames 4").status ==
+        0);
+    REQUIRE(by_ranks(folder, 2, rooms + (folder / "mesh-by-2").string() + " --frames 3").status == 0);
+    const Finished on = by_ranks(folder, 2, rooms + (folder / "mesh-by-2").string() + " --frames 4");
+    REQUIRE_MESSAGE(on.status == 0, on.errors);
+    CHECK(on.output.find("3 of 4 frames are there already and stay") != std::string::npos);
+    for (int number = 1; number <= 4; ++number)
+        CHECK(demo::read_file(frame(folder, "mesh-by-2", number, ".exr")) ==
+              demo::read_file(frame(folder, "mesh", number, ".exr")));
+}
+
+TEST_CASE("lightmesh-render by ranks: a picture, and all that was found for it, is the same to the bit") {
+    const TemporaryFolder folder;
+    const auto arguments = [&](const std::string& algorithm, const std::string& name) {
+        return "picture rooms --width 100 --height 70 --detail 1 --threads 1 -a " + algorithm + " -o " +
+               (folder / (name + ".exr")).string() + " --save-mesh " + (folder / (name + ".mesh")).string();
+    };
+    for (const std::string algorithm : {"cache", "linked"}) {
+        CAPTURE(algorithm);
+        REQUIRE(test::run(folder, LIGHTMESH_RENDER " " + arguments(algorithm, "alone")).status == 0);
+        const Finished ran = by_ranks(folder, 3, arguments(algorithm, "by-3"));
+        REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+        for (const char* extension : {".exr", ".mesh"})
+            CHECK(demo::read_file(folder / (std::string("by-3") + extension)) ==
+                  demo::read_file(folder / (std::string("alone") + extension)));
+    }
+    const Finished refused = by_ranks(folder, 2, "compare rooms -o " + (folder / "sheet").string());
+    CHECK(refused.status == 1);
+    CHECK_MESSAGE(refused.errors == "lightmesh-render: compare runs in one process, not in 2; film and "
+                                    "picture share their work out\n",
+                  refused.errors);
+}
+
+TEST_CASE("lightmesh-render by ranks: rank 0 says which rank has failed and why, and whole frames stay") {
+    const TemporaryFolder folder;
+    const std::string film =
+        "film spheres --fps 4 --width 80 --height 60 --detail 1 --frames 6 -o " + (folder / "film").string();
+    const auto check_fails = [&](const std::string& first, const std::string& second,
+                                 const std::string& errors) {
+        const Finished ran = test::run(folder, mpirun + "-n 1 " LIGHTMESH_RENDER " " + first +
+                                                   " : -n 1 " LIGHTMESH_RENDER " " + second);
+        CHECK(ran.status == 1);
+        CHECK_MESSAGE(ran.errors == "lightmesh-render: rank 1 of 2" + errors + "\n", ran.errors);
+        CHECK_FALSE(folder.has_part_files());
+        CHECK_FALSE(std::filesystem::exists(frame(folder, "film", 2)));
+    };
+    // Before it has begun to render, or in the middle of it.
+    check_fails(film, "film nothing.glb", ": nothing.glb: no such file, and no built-in scene of that name");
+    check_fails(film, film + " --samples 2", " has another film than rank 0: samples is 2 there and 1 here");
+    check_fails(film + " --threads 1", film + " --threads 5000", ": threads must be in [0, 4096], not 5000");
+    check_fails("picture spheres -o " + (folder / "film.png").string(),
+                "picture rooms -o " + (folder / "film.png").string(), " has another scene than rank 0");
+}
+
+TEST_CASE("lightmesh-render by ranks: one that is stopped or killed stops all, and the film can go on") {
+    const TemporaryFolder folder;
+    const std::string film = "film spheres" + tiny + "--frames 40 --to 5 -o " + (folder / "film").string();
+    const Finished stopped = stopped_by(folder, "TERM", film);
+    CHECK(stopped.status == 130);
+    CHECK_MESSAGE(stopped.errors.find("interrupted: whole frames stay; the same command goes on with the "
+                                      "others (rank 1 of 2: ") != std::string::npos,
+                  stopped.errors);
+    CHECK_FALSE(std::filesystem::exists(folder / "film/frame-0040.png"));
+    CHECK_FALSE(folder.has_part_files());
+
+    for (int number = 1; number <= 9; ++number)
+        std::filesystem::remove(frame(folder, "film", number));
+    const Finished killed = stopped_by(folder, "KILL", film);
+    CHECK(killed.status > 0);
+    CHECK_FALSE(std::filesystem::exists(folder / "film/frame-0040.png"));
+
+    const Finished on = by_ranks(folder, 2, film);
+    REQUIRE_MESSAGE(on.status == 0, on.errors);
+    CHECK(on.output.find("of 40 frames are there already and stay") != std::string::npos);
+    CHECK_FALSE(folder.has_part_files());
+    REQUIRE(test::run(folder, LIGHTMESH_RENDER " film spheres" + tiny + "--frames 1 --from 4.875 -o " +
+                                  (folder / "last").string())
+                .status == 0);
+    CHECK(demo::read_file(frame(folder, "last", 1)) == demo::read_file(folder / "film/frame-0040.png"));
+}
