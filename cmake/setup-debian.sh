@@ -5,22 +5,24 @@
 # does nothing, and needs no network.
 #
 #   cmake/setup-debian.sh                        all
-#   cmake/setup-debian.sh examples benchmarks    what these need; or tests, which is all
+#   cmake/setup-debian.sh examples benchmarks    what these need; or blender, for its add-on; or tests, which is all
 set -euo pipefail
 
 examples=(g++ make cmake libglm-dev libembree-dev libtbb-dev libassimp-dev libcli11-dev libopenexr-dev libstb-dev
     libtinygltf-dev libdraco-dev libmeshoptimizer-dev libvulkan-dev mesa-vulkan-drivers nlohmann-json3-dev)
 benchmarks=(libbenchmark-dev gnuplot-nox jq libopenmpi-dev openmpi-bin)
-tests=(doctest-dev chromium glslc vulkan-validationlayers clang libclang-rt-14-dev clang-format-14 clang-tidy-14 doxygen)
+blender=(blender python3-numpy)
+tests=(xvfb xauth doctest-dev chromium glslc vulkan-validationlayers clang libclang-rt-14-dev clang-format-14 clang-tidy-14 doxygen)
 
 wanted=("${examples[@]}")
 for part in "${@:-tests}"; do
     case $part in
     examples) ;;
     benchmarks) wanted+=("${benchmarks[@]}") ;;
-    tests) wanted+=("${benchmarks[@]}" "${tests[@]}") ;;
+    blender) wanted+=("${blender[@]}") ;;
+    tests) wanted+=("${benchmarks[@]}" "${blender[@]}" "${tests[@]}") ;;
     *)
-        echo "setup-debian.sh: there are examples, benchmarks and tests to set up, but no '$part'" >&2
+        echo "setup-debian.sh: there are examples, benchmarks, blender and tests to set up, but no '$part'" >&2
         exit 2
         ;;
     esac

@@ -62,8 +62,11 @@ glm::vec4 Texture::texel(int column, int row) const {
     const std::size_t first = 4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                                    static_cast<std::size_t>(column));
     const std::array<float, 256>& linear = linear_values();
-    return {linear[rgba[first]], linear[rgba[first + 1]], linear[rgba[first + 2]],
-            static_cast<float>(rgba[first + 3]) / 255.0f};
+    const float alpha = static_cast<float>(rgba[first + 3]) / 255.0f;
+    if (is_linear || blends_encoded)
+        return {static_cast<float>(rgba[first]) / 255.0f, static_cast<float>(rgba[first + 1]) / 255.0f,
+                static_cast<float>(rgba[first + 2]) / 255.0f, alpha};
+    return {linear[rgba[first]], linear[rgba[first + 1]], linear[rgba[first + 2]], alpha};
 }
 
 glm::vec4 Texture::sample(glm::vec2 place, Wrap wrap_u, Wrap wrap_v) const {
@@ -79,7 +82,11 @@ glm::vec4 Texture::sample(glm::vec2 place, Wrap wrap_u, Wrap wrap_v) const {
         texel(columns[0], rows[0]) * (1.0f - share_x) + texel(columns[1], rows[0]) * share_x;
     const glm::vec4 below =
         texel(columns[0], rows[1]) * (1.0f - share_x) + texel(columns[1], rows[1]) * share_x;
-    return above * (1.0f - share_y) + below * share_y;
+    glm::vec4 blend = above * (1.0f - share_y) + below * share_y;
+    if (blends_encoded && !is_linear)
+        for (int channel = 0; channel < 3; ++channel)
+            blend[channel] = from_srgb(blend[channel]);
+    return blend;
 }
 
 PictureSize picture_size(std::span<const std::uint8_t> encoded) {

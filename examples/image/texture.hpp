@@ -19,9 +19,11 @@ struct Texture {
     int width = 0;
     int height = 0;
     std::vector<std::uint8_t> rgba;
-    bool has_alpha = false;  ///< whether any texel's alpha is below 1
+    bool has_alpha = false;       ///< whether any texel's alpha is below 1
+    bool is_linear = false;       ///< whether the channels hold linear values, not sRGB
+    bool blends_encoded = false;  ///< whether texels are blended as they are stored, and made linear after
 
-    /// Bilinear, of linear values; (0, 0) is the upper left corner, (1, 1) the lower right one. Coordinates
+    /// Bilinear, as linear values; (0, 0) is the upper left corner, (1, 1) the lower right one. Coordinates
     /// that are not finite count as 0.
     glm::vec4 sample(glm::vec2 place, Wrap wrap_u, Wrap wrap_v) const;
 

@@ -88,16 +88,19 @@ std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const Visibilit
     VisibilityOptions for_lamps;
     for_lamps.settings = options.settings;
     for_lamps.light_size = options.light_size;
+    for_lamps.lights = options.lights;
     return std::make_unique<CacheVisibility<Cache>>(
         std::move(cache), [for_lamps](const EmbreeScene& now) { return lamps_of(now, for_lamps); });
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
-    lightmesh::VisibilityCache cache{
-        lightmesh::LightMesh{scene.intersector(), shapes_of_lights(scene.scene()), options.settings},
-        cache_settings_of(options)};
+    lightmesh::VisibilityCache cache{lightmesh::LightMesh{scene.intersector(),
+                                                          shapes_of_lights(scene.scene(), options.lights),
+                                                          options.settings},
+                                     cache_settings_of(options)};
     return std::make_unique<CacheVisibility<decltype(cache)>>(
-        std::move(cache), [](const EmbreeScene& now) { return shapes_of_lights(now.scene()); });
+        std::move(cache),
+        [lights = options.lights](const EmbreeScene& now) { return shapes_of_lights(now.scene(), lights); });
 }
 
 }  // namespace demo

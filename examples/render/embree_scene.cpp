@@ -13,7 +13,6 @@
 #include <chrono>
 #include <cstddef>
 #include <iterator>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -141,13 +140,16 @@ RTCGeometry EmbreeScene::make_geometry(const std::vector<glm::vec3>& points,
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     void* positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                               3 * sizeof(float), points.size());
+    // One at least: Embree knows no buffer of none.
+    const std::size_t count = (std::max)(corners.size() / 3, std::size_t{1});
     auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), corners.size() / 3));
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
     if (positions == nullptr || indices == nullptr) {
         rtcReleaseGeometry(geometry);
         throw_embree_error(rtcGetDeviceError(device_.get()), "allocating the triangles");
     }
     copy_positions(points, positions);
+    std::fill_n(indices, 3, 0u);  // a triangle without a size, if there is none
     std::ranges::copy(corners, indices);
     if (use_ == For::films)
         rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
@@ -195,7 +197,8 @@ void EmbreeScene::update(const SceneChange& change) {
     check(device_.get(), "fitting the BVH");
 }
 
-std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction) const {
+std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction,
+                                      float length) const {
     RTCRayHit query{};
     query.ray.org_x = origin.x;
     query.ray.org_y = origin.y;
@@ -203,7 +206,7 @@ std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& 
     query.ray.dir_x = direction.x;
     query.ray.dir_y = direction.y;
     query.ray.dir_z = direction.z;
-    query.ray.tfar = std::numeric_limits<float>::infinity();
+    query.ray.tfar = length;
     query.ray.mask = ~0u;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
@@ -232,9 +235,9 @@ std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& 
     hit.shading_normal = hit.geometric_normal;
     if (!scene_.normals.empty()) {
         const glm::vec3 smooth = interpolated_normal(scene_, triangle, u, v);
-        const float length = glm::length(smooth);
-        if (length > 0.0f)
-            hit.shading_normal = smooth / (glm::dot(smooth, hit.geometric_normal) < 0.0f ? -length : length);
+        const float size = glm::length(smooth);
+        if (size > 0.0f)
+            hit.shading_normal = smooth / (glm::dot(smooth, hit.geometric_normal) < 0.0f ? -size : size);
     }
     hit.triangle = number;
     hit.u = u;

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -64,8 +65,9 @@ public:
     /// A distance beyond everything: where rays to directional lights end.
     float far_away() const { return 2.0f * diagonal_; }
 
-    /// The first surface on origin + t * direction, t > 0.
-    std::optional<Hit> trace(const glm::vec3& origin, const glm::vec3& direction) const;
+    /// The first surface on origin + t * direction, 0 < t < length.
+    std::optional<Hit> trace(const glm::vec3& origin, const glm::vec3& direction,
+                             float length = std::numeric_limits<float>::infinity()) const;
 
 private:
     struct Release {

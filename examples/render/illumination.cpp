@@ -5,7 +5,9 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <variant>
 
 namespace demo {
@@ -27,6 +29,54 @@ float cone_fall_off(const lightmesh::SpotLight& spot, float inner_cone, const gl
     // KHR_lights_punctual: linear in the cosine, squared.
     const float share = glm::clamp((cosine - outer) / (std::max)(0.001f, inner - outer), 0.0f, 1.0f);
     return share * share;
+}
+
+/// Of a disc across the axis, with an edge that is soft in the cosine.
+float disc_fall_off(const lightmesh::SpotLight& spot, float inner_cone, const glm::vec3& to_light) {
+    const float cosine = -glm::dot(glm::normalize(spot.axis), to_light);
+    const float outer = std::cos(spot.cone);
+    if (cosine <= outer || cosine <= 0.0f)
+        return 0.0f;
+    const float inner = std::cos((std::min)(inner_cone, spot.cone));
+    return inner > outer ? cosine * glm::smoothstep(outer, inner, cosine) : cosine;
+}
+
+/// By how much less a disc that faces the point lights it than a point of the same strength.
+float disc_share(float radius, float distance) {
+    const float ratio = radius / distance;
+    const float slant = std::sqrt(1.0f + ratio * ratio);
+    return 2.0f / (slant * (slant + 1.0f));
+}
+
+/// The irradiance vector of a rectangle of radiance 1, towards it; 0 behind it.
+glm::dvec3 irradiance_vector(const lightmesh::RectLight& pane, const glm::vec3& point) {
+    const glm::dvec3 centre = glm::dvec3(pane.position) - glm::dvec3(point);
+    const glm::dvec3 u(pane.half_u);
+    const glm::dvec3 v(pane.half_v);
+    if (glm::dot(glm::cross(u, v), centre) >= 0.0)
+        return glm::dvec3(0.0);
+    const std::array<glm::dvec3, 4> corners{centre - u - v, centre - u + v, centre + u + v, centre + u - v};
+    glm::dvec3 sum(0.0);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const glm::dvec3 normal = glm::cross(corners[i], corners[(i + 1) % corners.size()]);
+        const double length = glm::length(normal);
+        if (length > 0.0)
+            sum += normal *
+                   (std::atan2(length, glm::dot(corners[i], corners[(i + 1) % corners.size()])) / length);
+    }
+    return 0.5 * sum;
+}
+
+/// Of a rectangle with all of its pieces.
+Illumination from_pane(const lightmesh::RectLight& pane, const glm::vec3& intensity, const glm::vec3& point) {
+    const glm::dvec3 whole = irradiance_vector(pane, point);
+    const double length = glm::length(whole);
+    if (!(length > 0.0))
+        return {glm::vec3(0.0f), glm::vec3(0.0f)};
+    const float area = 4.0f * glm::length(glm::cross(pane.half_u, pane.half_v));
+    const float distance = glm::distance(pane.position, point);
+    return {glm::vec3(whole / length),
+            intensity * (static_cast<float>(length) / area * window(distance, pane.range))};
 }
 
 Illumination from_position(const glm::vec3& position, float range, const glm::vec3& intensity,
@@ -52,10 +102,14 @@ Illumination illuminate(const SceneLight& light, const glm::vec3& point) {
         return {-glm::normalize(sun->direction), light.intensity};
     if (const auto* spot = std::get_if<lightmesh::SpotLight>(&light.shape)) {
         Illumination found = from_position(spot->position, spot->range, light.intensity, point);
-        found.irradiance *= cone_fall_off(*spot, light.inner_cone, found.to_light);
+        found.irradiance *= light.fall_off == FallOff::lamps
+                                ? disc_fall_off(*spot, light.inner_cone, found.to_light)
+                                : cone_fall_off(*spot, light.inner_cone, found.to_light);
         return found;
     }
     if (const auto* pane = std::get_if<lightmesh::RectLight>(&light.shape)) {
+        if (light.fall_off == FallOff::lamps)
+            return from_pane(*pane, light.intensity, point);
         Illumination found = from_position(pane->position, pane->range, light.intensity, point);
         const glm::vec3 front = glm::normalize(glm::cross(pane->half_u, pane->half_v));
         found.irradiance *= (std::max)(-glm::dot(front, found.to_light), 0.0f);
@@ -63,6 +117,8 @@ Illumination illuminate(const SceneLight& light, const glm::vec3& point) {
     }
     const auto& lamp = std::get<lightmesh::PointLight>(light.shape);
     Illumination found = from_position(lamp.position, lamp.range, light.intensity, point);
+    if (light.fall_off == FallOff::lamps && found.irradiance != glm::vec3(0.0f))
+        found.irradiance *= disc_share(lamp.radius, glm::distance(lamp.position, point));
     if (light.facing != glm::vec3(0.0f))
         found.irradiance *= std::abs(glm::dot(light.facing, found.to_light));
     return found;

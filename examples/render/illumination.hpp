@@ -16,7 +16,10 @@ struct Illumination {
 };
 
 /// Inverse squares for point and spot lights, with the window to the range and the fall-off from `inner_cone`
-/// to the cone that glTF's KHR_lights_punctual recommends.
+/// to the cone that glTF's KHR_lights_punctual recommends. `FallOff::lamps`: the irradiance vector of a
+/// rectangle (Arvo, "Analytic Methods for Simulated Light Transport", 1995; what lies below the horizon of
+/// the surface counts too), that of a disc across the way to the point for a point light, and for spots the
+/// cosine to the axis times a smooth step to the edge.
 Illumination illuminate(const SceneLight& light, const glm::vec3& point);
 
 /// The segment of a hard shadow ray. It leaves the surface by `offset` along the normal and ends as far short

@@ -29,7 +29,7 @@ float default_lamp_radius(const VisibilityOptions& options) {
 
 std::vector<lightmesh::Light> lamps_of(const EmbreeScene& scene, const VisibilityOptions& options) {
     const float wanted = options.light_size;
-    std::vector<lightmesh::Light> lamps = shapes_of_lights(scene.scene());
+    std::vector<lightmesh::Light> lamps = shapes_of_lights(scene.scene(), options.lights);
     for (lightmesh::Light& lamp : lamps)
         std::visit(
             [&](auto& kind) {

@@ -25,11 +25,19 @@ namespace {
 template <class Mesh>
 struct MeshSource {
     std::function<Mesh(const EmbreeScene& scene)> make;  ///< of the scene as it is
+    /// The lights of the scene as it is that the mesh has.
+    std::function<std::vector<lightmesh::Light>(const EmbreeScene& scene)> lights;
     /// Brings what finds the mesh's long tests to where the triangles are; false if it cannot.
     std::function<bool()> follow = [] {
         return true;
     };
 };
+
+auto lights_source(const VisibilityOptions& options) {
+    return [numbers = options.lights](const EmbreeScene& now) {
+        return shapes_of_lights(now.scene(), numbers);
+    };
+}
 
 template <class Mesh>
 class MeshVisibility final : public Visibility {
@@ -49,7 +57,7 @@ public:
         if (change.changes_triangles() && !source_.follow())
             mesh_ = source_.make(scene);
         else
-            follow_scene(mesh_, shapes_of_lights(scene.scene()), change);
+            follow_scene(mesh_, source_.lights(scene), change);
     }
 
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
@@ -67,33 +75,36 @@ std::unique_ptr<Visibility> mesh_by_maps(Renderer first, const EmbreeScene& scen
                                          const VisibilityOptions& options,
                                          const lightmesh::Settings& settings) {
     using Mesh = lightmesh::LightMesh<EmbreeIntersector, Renderer>;
-    const auto make = [by = options.depth, device = options.device, settings](const EmbreeScene& now) {
+    const auto lights = lights_source(options);
+    const auto make = [by = options.depth, device = options.device, lights,
+                       settings](const EmbreeScene& now) {
         VisibilityOptions again;
         again.depth = by;
         again.device = device;
-        return Mesh{now.intersector(), make_depth_renderer<Renderer>(now, again),
-                    shapes_of_lights(now.scene()), settings};
+        return Mesh{now.intersector(), make_depth_renderer<Renderer>(now, again), lights(now), settings};
     };
     // Embree's scene is shared, while Vulkan has a copy of the triangles.
     const auto follow = [] {
         return std::is_same_v<Renderer, EmbreeDepthRenderer>;
     };
     return std::make_unique<MeshVisibility<Mesh>>(
-        Mesh{scene.intersector(), std::move(first), shapes_of_lights(scene.scene()), settings},
-        MeshSource<Mesh>{make, follow});
+        Mesh{scene.intersector(), std::move(first), lights(scene), settings},
+        MeshSource<Mesh>{make, lights, follow});
 }
 
-std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const lightmesh::Settings& settings) {
+std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const VisibilityOptions& options,
+                                            const lightmesh::Settings& settings) {
     using Mesh = lightmesh::LightMesh<EmbreeIntersector, SceneOccluders>;
     SceneOccluders occluders(scene.scene());
-    const auto make = [occluders, settings](const EmbreeScene& now) {
-        return Mesh{now.intersector(), occluders, shapes_of_lights(now.scene()), settings};
+    const auto lights = lights_source(options);
+    const auto make = [occluders, lights, settings](const EmbreeScene& now) {
+        return Mesh{now.intersector(), occluders, lights(now), settings};
     };
     const auto follow = [occluders]() mutable {
         occluders.update();
         return true;
     };
-    return std::make_unique<MeshVisibility<Mesh>>(make(scene), MeshSource<Mesh>{make, follow});
+    return std::make_unique<MeshVisibility<Mesh>>(make(scene), MeshSource<Mesh>{make, lights, follow});
 }
 
 }  // namespace
@@ -111,18 +122,19 @@ std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const Visi
             return mesh_by_maps(std::move(renderer), scene, options, settings);
         });
     case lightmesh::LongTest::shadow_volumes:
-        return mesh_by_volumes(scene, settings);
+        return mesh_by_volumes(scene, options, settings);
     case lightmesh::LongTest::rays:
         break;
     }
     using Mesh = lightmesh::LightMesh<EmbreeIntersector>;
-    const auto make = [settings](const EmbreeScene& now) {
-        return Mesh{now.intersector(), shapes_of_lights(now.scene()), settings};
+    const auto lights = lights_source(options);
+    const auto make = [lights, settings](const EmbreeScene& now) {
+        return Mesh{now.intersector(), lights(now), settings};
     };
     Mesh mesh = make(scene);
     if (!options.known.empty())
         mesh.merge(options.known);
-    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh), MeshSource<Mesh>{make});
+    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh), MeshSource<Mesh>{make, lights});
 }
 
 }  // namespace demo

@@ -59,7 +59,8 @@ private:
 /// Shadow rays to points of the lights, as a subclass chooses them.
 class RayVisibility : public Visibility {
 public:
-    explicit RayVisibility(const EmbreeScene& scene) : scene_(scene), tracer_(scene.intersector()) {}
+    RayVisibility(const EmbreeScene& scene, const VisibilityOptions& options)
+        : scene_(scene), tracer_(scene.intersector()), numbers_(numbers_of_lights(scene.scene(), options)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const auto start = std::chrono::steady_clock::now();
@@ -67,14 +68,15 @@ public:
         std::ranges::fill(lit, 0.0f);
         Batch batch(tracer_);
         for (std::size_t i = 0; i < points.positions.size(); ++i) {
-            for (std::size_t l = 0; l < lights.size(); ++l) {
+            for (std::size_t place = 0; place < numbers_.size(); ++place) {
+                const std::size_t l = numbers_[place];
                 const Illumination light = illuminate(lights[l], points.positions[i]);
                 if (glm::dot(points.normals[i], light.to_light) < 0.0f || light.irradiance == glm::vec3(0.0f))
                     continue;
                 const lightmesh::Segment middle = shadow_segment(
                     lights[l], points.positions[i], points.normals[i], scene_.offset(), scene_.far_away());
                 const auto seed = points.seeds[i] ^ (static_cast<std::uint32_t>(l) * 0x9e3779b9u);
-                add_rays(batch, middle, l, seed, lit[i * lights.size() + l]);
+                add_rays(batch, middle, place, seed, lit[i * numbers_.size() + place]);
             }
         }
         batch.flush();
@@ -83,15 +85,19 @@ public:
     }
 
 protected:
-    /// Rays for one point and light; the shares that they add to `value` make 1.
-    virtual void add_rays(Batch& batch, const lightmesh::Segment& middle, std::size_t light,
+    /// Rays for one point and the light in a place among those asked for; the shares that they add to `value`
+    /// make 1.
+    virtual void add_rays(Batch& batch, const lightmesh::Segment& middle, std::size_t place,
                           std::uint32_t seed, float& value) const = 0;
 
-    const EmbreeScene& scene() const { return scene_; }
+    const lightmesh::Light& shape(std::size_t place) const {
+        return scene_.scene().lights[numbers_[place]].shape;
+    }
 
 private:
     const EmbreeScene& scene_;
     EmbreeIntersector tracer_;
+    std::vector<std::size_t> numbers_;
 };
 
 /// The radii of lamps where segments to them end; of rectangles 0.
@@ -128,16 +134,16 @@ protected:
 class AreaShadows final : public RayVisibility {
 public:
     AreaShadows(const EmbreeScene& scene, const VisibilityOptions& options)
-        : RayVisibility(scene), options_(options), samples_(options.area_samples),
+        : RayVisibility(scene, options), options_(options), samples_(options.area_samples),
           rings_(static_cast<int>(std::sqrt(static_cast<float>(samples_)))), sizes_(sizes_in(scene)) {}
 
     void update(const EmbreeScene& scene, const SceneChange&) override { sizes_ = sizes_in(scene); }
 
 protected:
-    void add_rays(Batch& batch, const lightmesh::Segment& middle, std::size_t light, std::uint32_t seed,
+    void add_rays(Batch& batch, const lightmesh::Segment& middle, std::size_t place, std::uint32_t seed,
                   float& value) const override {
-        const float size = sizes_[light];
-        if (const auto* pane = std::get_if<lightmesh::RectLight>(&scene().scene().lights[light].shape)) {
+        const float size = sizes_[place];
+        if (const auto* pane = std::get_if<lightmesh::RectLight>(&shape(place))) {
             add_rays_to_pane(batch, middle, *pane, seed, value);
             return;
         }
@@ -194,8 +200,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene) {
-    return std::make_unique<HardShadows>(scene);
+std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene, const VisibilityOptions& options) {
+    return std::make_unique<HardShadows>(scene, options);
 }
 
 std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const VisibilityOptions& options) {

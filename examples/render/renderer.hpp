@@ -5,9 +5,13 @@
 #include "render/embree_scene.hpp"
 #include "render/visibility.hpp"
 
+#include <glm/vec4.hpp>
+
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace demo {
@@ -22,6 +26,12 @@ struct RenderOptions {
     int depth_limit = 5;       ///< mirrored and refracted rays after each other, in [0, 100]
     int threads = 0;           ///< 0: all cores
     Tone tone = Tone::linear;  ///< for who writes the picture: `render` gives linear values
+    /// Rays at each point to find the share of the ambient light that arrives, in [0, 1024]; 0: all of it
+    /// does.
+    int ambient_rays = 0;
+    float ambient_distance = std::numeric_limits<float>::infinity();  ///< beyond which nothing hides it
+    /// Whether the background is left out where it is seen directly, not in mirrors and glass.
+    bool transparent_background = false;
     std::vector<int> tiles{};  ///< numbers of those to render, row by row from 0; empty: all
 };
 
@@ -38,6 +48,19 @@ struct RenderStatistics {
     RenderStatistics& operator+=(const RenderStatistics& tile);
 };
 
+/// A finished part of a picture: linear RGB, and the share that is not seen background; row-major, row 0 on
+/// top.
+struct TilePixels {
+    int left;
+    int top;
+    int width;
+    int height;
+    std::span<const glm::vec4> pixels;
+};
+
+/// Takes parts of a picture as they are finished, from any thread but one at a time.
+using TileSink = std::function<void(const TilePixels& tile)>;
+
 /// Called now and then while rendering, from any thread but by one at a time: the share that is done, 0..1.
 using Progress = std::function<void(double done)>;
 
@@ -47,5 +70,10 @@ using Progress = std::function<void(double done)>;
 Image render(const EmbreeScene& scene, const Visibility& visibility, const RenderOptions& options,
              RenderStatistics& statistics, const Progress& progress = {},
              const std::atomic<bool>* cancel = nullptr);
+
+/// The same, with alpha, part by part.
+void render(const EmbreeScene& scene, const Visibility& visibility, const RenderOptions& options,
+            RenderStatistics& statistics, const TileSink& sink, const Progress& progress = {},
+            const std::atomic<bool>* cancel = nullptr);
 
 }  // namespace demo

@@ -11,9 +11,10 @@
 namespace demo {
 
 /// Light that a hit sends to where its ray came from, without mirrored and refracted rays: A + sum_i S_i *
-/// Omega_i of equation (1), and the surface's own emission. `lit` holds S of each of the scene's lights.
+/// Omega_i of equation (1), and the surface's own emission. `lit` holds S of each of the scene's lights,
+/// `ambient` the share of the ambient light that arrives.
 glm::vec3 shade(const Scene& scene, const Hit& hit, const glm::vec3& ray_direction,
-                std::span<const float> lit);
+                std::span<const float> lit, float ambient = 1.0f);
 
 /// Direction of the refracted ray; of the mirrored one for total internal reflection.
 glm::vec3 refracted(const Hit& hit, const glm::vec3& direction, float refraction_index);

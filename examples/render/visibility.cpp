@@ -2,6 +2,7 @@
 #include "render/visibility.hpp"
 
 #include <functional>
+#include <numeric>
 #include <stdexcept>
 
 namespace demo {
@@ -39,10 +40,7 @@ std::vector<Entry> make_entries() {
     entries.push_back({{"cache", "penumbrae of lamps with sizes, by a visibility cache"}, make_cache});
     entries.push_back(
         {{"blur-cache", "a light mesh through a visibility cache: its blur without steps"}, make_blur_cache});
-    entries.push_back({{"whitted", "hard shadows, one ray per light"},
-                       [](const EmbreeScene& scene, const VisibilityOptions&) {
-                           return make_hard_shadows(scene);
-                       }});
+    entries.push_back({{"whitted", "hard shadows, one ray per light"}, make_hard_shadows});
     entries.push_back(
         {{"area", "penumbrae of lamps with sizes, --area-samples rays per light"}, make_area_shadows});
     entries.push_back({{"shadow-map", "hard shadows by shadow maps alone"}, make_shadow_maps});
@@ -74,6 +72,24 @@ std::vector<lightmesh::SurfacePoint> as_library_points(const SurfacePoints& poin
             all[i].shading_normal = points.shading_normals[i];
     }
     return all;
+}
+
+std::vector<std::size_t> numbers_of_lights(const Scene& scene, const VisibilityOptions& options) {
+    if (options.lights)
+        return *options.lights;
+    std::vector<std::size_t> all(scene.lights.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return all;
+}
+
+std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene,
+                                               const std::optional<std::vector<std::size_t>>& numbers) {
+    if (!numbers)
+        return shapes_of_lights(scene);
+    std::vector<lightmesh::Light> shapes;
+    for (const std::size_t light : *numbers)
+        shapes.push_back(scene.lights.at(light).shape);
+    return shapes;
 }
 
 std::uint64_t kept_rays(const Visibility& visibility) {

@@ -53,7 +53,7 @@ class Visibility {
 public:
     virtual ~Visibility() = default;
 
-    /// `lit` is row-major, a row of lights for each point: 0 in shadow to 1 lit.
+    /// `lit` is row-major, a row of the lights asked for at each point: 0 in shadow to 1 lit.
     virtual void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const = 0;
 
     /// After the scene that this was made for has changed, and `scene` was updated: finds from now on what a
@@ -88,7 +88,15 @@ struct VisibilityOptions {
     /// A snapshot that a light mesh with long tests by rays, or a cache of lamps, begins with; empty: none.
     std::vector<std::byte> known{};
     bool keep_snapshot = false;  ///< whether `Run::snapshot` is wanted
+    /// Numbers of the scene's lights that are asked for, to which rows of visibilities belong; nullopt: all.
+    std::optional<std::vector<std::size_t>> lights{};
 };
+
+/// Numbers of the lights that are asked for.
+std::vector<std::size_t> numbers_of_lights(const Scene& scene, const VisibilityOptions& options);
+/// The shapes of some lights, or of all, as a light mesh takes them.
+std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene,
+                                               const std::optional<std::vector<std::size_t>>& numbers);
 
 /// `options.cache`, with a quarter of r for a spacing that nobody chose.
 inline lightmesh::CacheSettings cache_settings_of(const VisibilityOptions& options) {
@@ -123,7 +131,8 @@ std::unique_ptr<Visibility> make_visibility(const std::string& algorithm, const 
 // The families behind `make_visibility`.
 
 /// One shadow ray per point and facing light.
-std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene);
+std::unique_ptr<Visibility> make_hard_shadows(const EmbreeScene& scene,
+                                              const VisibilityOptions& options = {});
 /// Rays to stratified points of lamps with sizes.
 std::unique_ptr<Visibility> make_area_shadows(const EmbreeScene& scene, const VisibilityOptions& options);
 /// Hard shadows by a look-up in a shadow map for each light.

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,7 +43,13 @@ enum class ShadowBy : std::uint32_t {
     nothing
 };
 
-/// What a surface does with light: Lambert and Blinn-Phong for Omega of equation (1), and Whitted's k_s and
+/// The lobe of a surface's highlights.
+enum class Highlight : std::uint32_t {
+    blinn_phong,  ///< `specular` by the `shininess`-th power
+    ggx           ///< of a rough surface: `specular` is its reflectance head-on
+};
+
+/// What a surface does with light: Lambert and a highlight for Omega of equation (1), and Whitted's k_s and
 /// k_t.
 struct Material {
     std::string name;
@@ -64,6 +71,15 @@ struct Material {
     TextureMap emission_map{};  ///< multiplies `emission`
     bool is_unlit = false;      ///< `emission` is a colour as drawn, and no light
     ShadowBy shadow = ShadowBy::surface;
+    Highlight highlight = Highlight::blinn_phong;
+    float roughness = 0.5f;  ///< of `Highlight::ggx`, which also dims `diffuse` at grazing angles: its square
+                             ///< is the width of the lobe
+};
+
+/// What a light's strength does away from its middle.
+enum class FallOff : std::uint32_t {
+    points,  ///< as KHR_lights_punctual recommends: spots by the squared share of the way to their edge
+    lamps    ///< spots are discs with a smooth edge; each piece of a rectangle sends light of its own
 };
 
 /// A light with what the light mesh does not need to know: its strength.
@@ -77,6 +93,7 @@ struct SceneLight {
     /// cosine to it on both sides; 0: in all directions alike.
     glm::vec3 facing{0.0f};
     std::string name{};  ///< as the file has it; empty: none
+    FallOff fall_off = FallOff::points;
 };
 
 struct Camera {
@@ -85,6 +102,13 @@ struct Camera {
     glm::vec3 up{0.0f, 0.0f, 1.0f};
     float vertical_field_of_view = 0.7853982f;  ///< radians
     float orthographic_height = 0.0f;           ///< of the picture in world units; 0: a perspective view
+    /// Left, right, lower and upper edge of the picture beside the middle of the view, for shifted lenses and
+    /// for parts of pictures: world units, in a perspective view at a distance of 1. All 0: by the field of
+    /// view, or the height, and the picture's shape.
+    glm::vec4 edges{0.0f};
+    /// Distances along the view that are seen, world units.
+    float z_near = 0.0f;
+    float z_far = std::numeric_limits<float>::infinity();
 };
 
 struct Triangle {

@@ -57,7 +57,8 @@ bool same(const TextureMap& a, const TextureMap& b) {
 }
 auto parts_of(const Material& m) {
     return std::tie(m.diffuse, m.specular, m.shininess, m.k_s, m.k_t, m.refraction_index, m.tint, m.emission,
-                    m.metallic, m.opacity, m.alpha_mode, m.alpha_cutoff, m.is_unlit, m.shadow);
+                    m.metallic, m.opacity, m.alpha_mode, m.alpha_cutoff, m.is_unlit, m.shadow, m.highlight,
+                    m.roughness);
 }
 bool same(const Material& a, const Material& b) {
     return parts_of(a) == parts_of(b) && same(a.base_map, b.base_map) && same(a.opacity_map, b.opacity_map) &&

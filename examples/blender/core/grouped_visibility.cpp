@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "blender/core/grouped_visibility.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace demo {
+
+GroupedVisibility::GroupedVisibility(const EmbreeScene& scene, std::size_t light_count,
+                                     std::vector<LightGroup> groups, GroupedVisibility* before,
+                                     const SceneChange& change)
+    : light_count_(light_count) {
+    for (LightGroup& group : groups) {
+        Made made{std::move(group), nullptr};
+        if (before != nullptr)
+            for (Made& old : before->groups_)
+                if (old.visibility && old.group.settings == made.group.settings &&
+                    old.group.options.lights == made.group.options.lights) {
+                    made.visibility = std::move(old.visibility);
+                    made.visibility->update(scene, change);
+                    ++kept_;
+                }
+        if (!made.visibility)
+            made.visibility = make_visibility(made.group.algorithm, scene, made.group.options);
+        groups_.push_back(std::move(made));
+    }
+}
+
+void GroupedVisibility::find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const {
+    std::ranges::fill(lit, 1.0f);
+    std::vector<float> part;
+    for (const Made& made : groups_) {
+        const std::vector<std::size_t>& numbers = *made.group.options.lights;
+        part.resize(points.positions.size() * numbers.size());
+        made.visibility->find(points, part, cost);
+        for (std::size_t i = 0; i < points.positions.size(); ++i)
+            for (std::size_t k = 0; k < numbers.size(); ++k)
+                lit[i * light_count_ + numbers[k]] = part[i * numbers.size() + k];
+    }
+}
+
+void GroupedVisibility::update(const EmbreeScene& scene, const SceneChange& change) {
+    for (const Made& made : groups_)
+        made.visibility->update(scene, change);
+}
+
+std::optional<lightmesh::MeshStatistics> GroupedVisibility::mesh() const {
+    std::optional<lightmesh::MeshStatistics> all;
+    for (const Made& made : groups_)
+        if (const auto one = made.visibility->mesh()) {
+            if (!all)
+                all.emplace();
+            all->light_points += one->light_points;
+            all->bytes += one->bytes;
+        }
+    return all;
+}
+
+std::optional<lightmesh::CacheStatistics> GroupedVisibility::cache() const {
+    std::optional<lightmesh::CacheStatistics> all;
+    for (const Made& made : groups_)
+        if (const auto one = made.visibility->cache()) {
+            if (!all)
+                all.emplace();
+            all->records += one->records;
+            all->bytes += one->bytes;
+        }
+    return all;
+}
+
+}  // namespace demo

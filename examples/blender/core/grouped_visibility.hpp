@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "render/visibility.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace demo {
+
+/// Lights that share a cache or a light mesh.
+struct LightGroup {
+    std::string settings;  ///< all that tells this group's algorithm from others
+    std::string algorithm;
+    VisibilityOptions options;  ///< with the numbers of its lights
+};
+
+/// Several algorithms beside each other, each for some of a scene's lights. Lights that are in no group throw
+/// no shadows.
+class GroupedVisibility final : public Visibility {
+public:
+    /// `light_count` is that of the scene. Groups that `before` has with the same settings and lights are
+    /// taken from it, and told of the change. Throws what the algorithms throw.
+    GroupedVisibility(const EmbreeScene& scene, std::size_t light_count, std::vector<LightGroup> groups,
+                      GroupedVisibility* before, const SceneChange& change);
+
+    void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override;
+    void update(const EmbreeScene& scene, const SceneChange& change) override;
+    /// Of all light meshes together.
+    std::optional<lightmesh::MeshStatistics> mesh() const override;
+    /// Of all caches together.
+    std::optional<lightmesh::CacheStatistics> cache() const override;
+
+    std::size_t group_count() const { return groups_.size(); }
+    std::size_t groups_kept() const { return kept_; }
+
+private:
+    struct Made {
+        LightGroup group;
+        std::unique_ptr<Visibility> visibility;
+    };
+    std::size_t light_count_;
+    std::size_t kept_ = 0;
+    std::vector<Made> groups_;
+};
+
+}  // namespace demo

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "blender/core/light_mesh_core.h"
+
+#include "blender/core/session.hpp"
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+struct LmSession {
+    demo::Session session;
+};
+
+namespace {
+
+thread_local std::string last_error;
+
+demo::Session& checked(LmSession* session) {
+    if (session == nullptr)
+        throw std::invalid_argument("the session is NULL");
+    return session->session;
+}
+
+template <class Value>
+const Value& checked(const Value* value, const char* what) {
+    if (value == nullptr)
+        throw std::invalid_argument(std::string(what) + " is NULL");
+    return *value;
+}
+
+/// What the function gives, or -1 and the text of its exception.
+template <class Function>
+int or_error(Function&& function) {
+    try {
+        return function();
+    } catch (const std::bad_alloc&) {
+        last_error = "there is not enough memory";
+    } catch (const std::exception& error) {
+        last_error = error.what();
+    } catch (...) {
+        last_error = "an error without words";
+    }
+    return -1;
+}
+
+}  // namespace
+
+int lm_abi(void) {
+    return LM_ABI;
+}
+
+const char* lm_error(void) {
+    return last_error.c_str();
+}
+
+uint64_t lm_hash(uint64_t seed, const void* bytes, size_t size) {
+    // Four multiplications at once, so that none waits for the last.
+    constexpr uint64_t odd = 0x9fb21c651e98df25ULL;
+    std::array<uint64_t, 4> lanes{seed, seed ^ 0x9e3779b97f4a7c15ULL, seed + 0xc2b2ae3d27d4eb4fULL, ~seed};
+    const auto* at = static_cast<const unsigned char*>(bytes);
+    const auto take = [&](const unsigned char* block) {
+        for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
+            uint64_t value = 0;
+            std::memcpy(&value, block + 8 * lane, sizeof value);
+            lanes[lane] = (lanes[lane] ^ value) * odd;
+            lanes[lane] ^= lanes[lane] >> 29;
+        }
+    };
+    size_t left = size;
+    for (; left >= 32; left -= 32, at += 32)
+        take(at);
+    std::array<unsigned char, 32> rest{};
+    if (left > 0) {
+        std::memcpy(rest.data(), at, left);
+        take(rest.data());
+    }
+    uint64_t all = size;
+    for (const uint64_t lane : lanes) {
+        all = (all ^ lane) * odd;
+        all ^= all >> 31;
+    }
+    return all;
+}
+
+LmSession* lm_new(uint64_t memory_budget) {
+    LmSession* made = nullptr;
+    or_error([&] {
+        const std::size_t most = (std::numeric_limits<std::size_t>::max)();
+        made =
+            new LmSession{demo::Session(memory_budget == 0 ? most : static_cast<std::size_t>(memory_budget))};
+        return 0;
+    });
+    return made;
+}
+
+void lm_free(LmSession* session) {
+    delete session;
+}
+
+int lm_begin(LmSession* session) {
+    return or_error([&] {
+        checked(session).begin();
+        return 0;
+    });
+}
+
+int lm_add_image(LmSession* session, int32_t width, int32_t height, const uint8_t* rgba, int32_t flags) {
+    return or_error(
+        [&] { return checked(session).add_image(width, height, &checked(rgba, "the image"), flags); });
+}
+
+int lm_add_material(LmSession* session, const LmMaterial* material) {
+    return or_error([&] { return checked(session).add_material(checked(material, "the material")); });
+}
+
+int lm_find_mesh(LmSession* session, uint64_t hash) {
+    return or_error([&] { return checked(session).find_mesh(hash); });
+}
+
+int lm_add_mesh(LmSession* session, uint64_t hash, const LmMesh* mesh) {
+    return or_error([&] { return checked(session).add_mesh(hash, checked(mesh, "the mesh")); });
+}
+
+int lm_add_object(LmSession* session, int32_t mesh, const double* matrix, const int32_t* materials,
+                  int32_t material_count) {
+    return or_error([&] {
+        checked(session).add_object(mesh, &checked(matrix, "the matrix"),
+                                    {materials, static_cast<std::size_t>(material_count)});
+        return 0;
+    });
+}
+
+int lm_add_light(LmSession* session, const LmLight* light) {
+    return or_error([&] {
+        checked(session).add_light(checked(light, "the light"));
+        return 0;
+    });
+}
+
+int lm_commit(LmSession* session) {
+    return or_error([&] {
+        checked(session).commit();
+        return 0;
+    });
+}
+
+int lm_render(LmSession* session, const LmView* view) {
+    return or_error([&] {
+        checked(session).render(checked(view, "the view"));
+        return 0;
+    });
+}
+
+int lm_poll(LmSession* session, double seconds, float* progress) {
+    return or_error([&] {
+        float done = 0.0f;
+        const LmState state = checked(session).poll(std::chrono::duration<double>(seconds), done);
+        if (progress != nullptr)
+            *progress = done;
+        return static_cast<int>(state);
+    });
+}
+
+int lm_read(LmSession* session, float* rgba, size_t float_count) {
+    return or_error([&] {
+        checked(session).read({rgba, float_count});
+        return 0;
+    });
+}
+
+void lm_cancel(LmSession* session) {
+    if (session != nullptr)
+        session->session.cancel();
+}
+
+int lm_bake(LmSession* session, uint32_t point_count, const float* positions, const float* normals,
+            float* visible, float* colours) {
+    return or_error([&] {
+        demo::Session& baking = checked(session);
+        const std::size_t count = 3 * std::size_t{point_count};
+        if (count > 0) {
+            checked(positions, "what holds the positions");
+            checked(normals, "what holds the normals");
+        }
+        const std::size_t lights = baking.light_count();
+        baking.bake({positions, count}, {normals, count},
+                    {visible, visible == nullptr ? 0 : lights * std::size_t{point_count}},
+                    {colours, colours == nullptr ? 0 : count});
+        return 0;
+    });
+}
+
+int lm_statistics(LmSession* session, LmStatistics* statistics) {
+    return or_error([&] {
+        if (statistics == nullptr)
+            throw std::invalid_argument("the statistics are NULL");
+        *statistics = checked(session).statistics();
+        return 0;
+    });
+}

@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: MIT
+#include "blender/core/session.hpp"
+
+#include "render/illumination.hpp"
+#include "scene/scene_change.hpp"
+#include "scene/surface.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace demo {
+
+namespace {
+
+glm::vec3 vector(const float (&values)[3]) {
+    return {values[0], values[1], values[2]};
+}
+
+/// The weight of mirrored rays of a surface: those of rough ones are left out.
+float mirror_of(const LmMaterial& told, const glm::vec3& head_on) {
+    const float sharp = glm::clamp((0.3f - told.roughness) / 0.2f, 0.0f, 1.0f);
+    return told.is_matt != 0 ? 0.0f : sharp * glm::dot(head_on, glm::vec3(0.2126f, 0.7152f, 0.0722f));
+}
+
+bool lets_light_through(const Scene& scene) {
+    return std::ranges::any_of(scene.materials, may_let_light_through);
+}
+
+bool same_textures(const Scene& a, const Scene& b) {
+    return std::ranges::equal(a.textures, b.textures,
+                              [](const Texture& x, const Texture& y) { return x.rgba == y.rgba; });
+}
+
+/// Gives a scene the looks of another one with triangles of the same number.
+void adopt_looks(Scene& scene, const Scene& other) {
+    scene.materials = other.materials;
+    scene.texture_coordinates = other.texture_coordinates;
+    for (std::size_t t = 0; t < scene.triangles.size(); ++t)
+        scene.triangles[t].material = other.triangles[t].material;
+}
+
+Camera camera_of(const LmView& view) {
+    Camera camera;
+    camera.eye = vector(view.eye);
+    // A target that is far from a far eye: the difference of close ones would be inexact.
+    camera.target = camera.eye + vector(view.ahead) * (1.0f + glm::length(camera.eye));
+    camera.up = vector(view.up);
+    camera.edges = {view.edges[0], view.edges[1], view.edges[2], view.edges[3]};
+    camera.orthographic_height = view.is_orthographic != 0 ? view.edges[3] - view.edges[2] : 0.0f;
+    camera.z_near = view.z_near;
+    camera.z_far = view.z_far;
+    return camera;
+}
+
+}  // namespace
+
+void Session::stop() {
+    cancel_ = true;
+    if (worker_.joinable())
+        worker_.join();
+}
+
+void Session::begin() {
+    stop();
+    told_ = {};
+}
+
+std::int32_t Session::add_image(int width, int height, const std::uint8_t* rgba, std::int32_t flags) {
+    if (width < 1 || height < 1)
+        throw std::invalid_argument("an image of " + std::to_string(width) + " x " + std::to_string(height) +
+                                    " pixels");
+    Texture texture;
+    texture.width = width;
+    texture.height = height;
+    texture.rgba.assign(rgba, rgba + 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    texture.is_linear = (flags & LM_IMAGE_LINEAR) != 0;
+    texture.blends_encoded = true;
+    for (std::size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
+        texture.has_alpha = texture.rgba[i] < 255;
+    told_.textures.push_back(std::move(texture));
+    told_.clamps.push_back((flags & LM_IMAGE_CLAMP) != 0);
+    return static_cast<std::int32_t>(told_.textures.size()) - 1;
+}
+
+std::int32_t Session::add_material(const LmMaterial& told) {
+    const auto images = static_cast<std::int32_t>(told_.textures.size());
+    if (told.base_image < -1 || told.base_image >= images)
+        throw std::out_of_range("a material has image " + std::to_string(told.base_image) + " of " +
+                                std::to_string(images));
+    const glm::vec3 base = vector(told.base);
+    Material made;
+    made.diffuse = base * (1.0f - told.metallic) * (1.0f - told.transmission);
+    if (told.is_matt == 0) {
+        made.highlight = Highlight::ggx;
+        made.roughness = told.roughness;
+        made.specular = glm::mix(glm::vec3(0.08f * told.specular), base, told.metallic);
+    }
+    made.metallic = told.metallic;
+    made.k_t = (1.0f - told.metallic) * told.transmission;
+    made.k_s = mirror_of(told, made.specular);
+    made.tint = base;
+    made.refraction_index = told.transmission > 0.0f ? told.refraction_index : 1.0f;
+    made.emission = vector(told.emission);
+    made.opacity = told.alpha;
+    bool has_alpha = told.alpha < 1.0f;
+    if (told.base_image >= 0) {
+        const auto image = static_cast<std::size_t>(told.base_image);
+        made.base_map.texture = told.base_image;
+        made.base_map.wrap_u = made.base_map.wrap_v = told_.clamps[image] ? Wrap::clamp : Wrap::repeat;
+        has_alpha = has_alpha || (told.image_alpha != 0 && told_.textures[image].has_alpha);
+    }
+    made.alpha_mode = has_alpha ? AlphaMode::blend : AlphaMode::opaque;
+    told_.materials.push_back(std::move(made));
+    return static_cast<std::int32_t>(told_.materials.size()) - 1;
+}
+
+std::int32_t Session::find_mesh(std::uint64_t hash) {
+    if (!meshes_.contains(hash))
+        return -1;
+    told_.meshes.push_back(hash);
+    return static_cast<std::int32_t>(told_.meshes.size()) - 1;
+}
+
+std::int32_t Session::add_mesh(std::uint64_t hash, const LmMesh& mesh) {
+    meshes_.insert_or_assign(hash, std::make_shared<const ToldMesh>(told_mesh(mesh)));
+    told_.meshes.push_back(hash);
+    return static_cast<std::int32_t>(told_.meshes.size()) - 1;
+}
+
+void Session::add_object(std::int32_t mesh, const double* matrix, std::span<const std::int32_t> materials) {
+    if (mesh < 0 || static_cast<std::size_t>(mesh) >= told_.meshes.size())
+        throw std::out_of_range("an object has mesh " + std::to_string(mesh) + " of " +
+                                std::to_string(told_.meshes.size()));
+    PlacedMesh placed{told_.meshes[static_cast<std::size_t>(mesh)], {}, {materials.begin(), materials.end()}};
+    std::copy_n(matrix, placed.matrix.size(), placed.matrix.begin());
+    if (!std::ranges::all_of(placed.matrix, [](double value) { return std::isfinite(value); }))
+        throw std::invalid_argument("the matrix of an object is not finite");
+    if (materials.size() < meshes_.at(placed.hash)->slot_count)
+        throw std::out_of_range("an object has " + std::to_string(materials.size()) +
+                                " materials, and its mesh " +
+                                std::to_string(meshes_.at(placed.hash)->slot_count) + " slots");
+    for (const std::int32_t material : materials)
+        if (material < 0 || static_cast<std::size_t>(material) >= told_.materials.size())
+            throw std::out_of_range("an object has material " + std::to_string(material) + " of " +
+                                    std::to_string(told_.materials.size()));
+    told_.objects.push_back(std::move(placed));
+}
+
+void Session::add_light(const LmLight& light) {
+    SceneLight made = told_light(light);
+    if (light.shadow != LM_NO_SHADOW) {
+        LightGroup group = told_group(light, memory_budget_);
+        auto& lights = told_.groups.try_emplace(group.settings, group).first->second.options.lights;
+        if (!lights)
+            lights.emplace();
+        lights->push_back(told_.lights.size());
+    }
+    told_.lights.push_back(std::move(made));
+}
+
+void Session::place(Scene& scene, const PlacedMesh& object, bool with_uvs) const {
+    const ToldMesh& mesh = *meshes_.at(object.hash);
+    const std::array<double, 12>& m = object.matrix;
+    const glm::dmat3 turn(m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]);
+    const glm::dvec3 to(m[3], m[7], m[11]);
+    const double volume = glm::determinant(turn);
+    const glm::mat3 normal_turn(volume != 0.0 ? glm::transpose(glm::inverse(turn)) : turn);
+    const auto first = static_cast<std::uint32_t>(scene.positions.size());
+    for (const glm::vec3& position : mesh.positions)
+        scene.positions.emplace_back(turn * glm::dvec3(position) + to);
+    for (const glm::vec3& normal : mesh.normals)
+        scene.normals.push_back(normal_turn * normal);
+    if (with_uvs) {
+        std::vector<glm::vec2>& uvs = scene.texture_coordinates[0];
+        uvs.insert(uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
+        uvs.resize(scene.positions.size());
+    }
+    for (Triangle triangle : mesh.triangles) {
+        for (std::uint32_t& vertex : triangle.vertex)
+            vertex += first;
+        if (volume < 0.0)  // a mirror image: its front stays in front
+            std::swap(triangle.vertex[1], triangle.vertex[2]);
+        triangle.material = static_cast<std::uint32_t>(object.materials[triangle.material]);
+        scene.triangles.push_back(triangle);
+    }
+}
+
+Scene Session::assemble(const Told& told, bool with_triangles) const {
+    Scene scene;
+    scene.materials = told.materials;
+    scene.textures = told.textures;
+    scene.lights = told.lights;
+    if (!with_triangles)
+        return scene;
+    std::size_t vertices = 0;
+    std::size_t triangles = 0;
+    for (const PlacedMesh& object : told.objects) {
+        vertices += meshes_.at(object.hash)->positions.size();
+        triangles += meshes_.at(object.hash)->triangles.size();
+    }
+    if (vertices > (std::numeric_limits<std::uint32_t>::max)() - 3)
+        throw std::length_error("the scene has " + std::to_string(vertices) + " vertices, more than 2^32");
+    scene.positions.reserve(vertices);
+    scene.normals.reserve(vertices);
+    scene.triangles.reserve(triangles);
+    for (const PlacedMesh& object : told.objects)
+        place(scene, object, !told.textures.empty());
+    if (scene.triangles.empty()) {
+        // The tracer wants a triangle: one without a size, which no ray meets.
+        scene.positions.assign(3, glm::vec3(0.0f));
+        scene.normals.assign(3, glm::vec3(0.0f));
+        scene.texture_coordinates = {};
+        scene.triangles = {Triangle{{0, 1, 2}, 0}};
+        if (scene.materials.empty())
+            scene.materials.emplace_back();
+    }
+    return scene;
+}
+
+SceneChange Session::replace_scene(Scene next, bool same_places) {
+    if (same_places) {
+        next.positions = std::move(scene_.positions);
+        next.normals = std::move(scene_.normals);
+        next.triangles = std::move(scene_.triangles);
+        next.texture_coordinates = std::move(scene_.texture_coordinates);
+        if (next.materials.empty())
+            next.materials.emplace_back();
+    }
+    const bool looks_matter = lets_light_through(scene_) || lets_light_through(next);
+    SceneChange change;
+    if (same_places && !looks_matter) {
+        scene_ = std::move(next);
+        return change;
+    }
+    if (same_places) {
+        // Only materials may differ, which a scene without triangles tells as well.
+        Scene only_materials;
+        only_materials.materials = next.materials;
+        Scene before;
+        before.materials = scene_.materials;
+        change = difference(before, only_materials);
+    } else {
+        scene_.lights = next.lights;  // the groups look at these
+        if (!looks_matter && scene_.triangles.size() == next.triangles.size())
+            adopt_looks(scene_, next);
+        change = difference(scene_, next);
+    }
+    change.is_another_scene = change.is_another_scene || (looks_matter && !same_textures(scene_, next));
+    scene_ = std::move(next);
+    return change;
+}
+
+void Session::commit() {
+    stop();
+    const bool had_uvs = !scene_.texture_coordinates[0].empty();
+    const bool same_places =
+        embree_ && told_.objects == objects_ && (told_.textures.empty() || had_uvs || objects_.empty());
+    try {
+        SceneChange change = replace_scene(assemble(told_, !same_places), same_places);
+        if (!embree_ || change.is_another_scene) {
+            visibility_.reset();
+            embree_ = std::make_unique<EmbreeScene>(scene_, EmbreeScene::For::films);
+            change = {};
+            change.is_another_scene = true;
+        } else {
+            embree_->update(change);
+        }
+        std::vector<LightGroup> groups;
+        for (auto& [settings, group] : told_.groups)
+            groups.push_back(std::move(group));
+        visibility_ = std::make_unique<GroupedVisibility>(*embree_, scene_.lights.size(), std::move(groups),
+                                                          visibility_.get(), change);
+        last_change_ = std::move(change);
+    } catch (...) {
+        visibility_.reset();
+        embree_.reset();
+        throw;
+    }
+    objects_ = std::move(told_.objects);
+    std::erase_if(meshes_, [this](const auto& mesh) {
+        return std::ranges::none_of(objects_,
+                                    [&](const PlacedMesh& object) { return object.hash == mesh.first; });
+    });
+    told_ = {};
+}
+
+void Session::render(const LmView& view) {
+    stop();
+    if (!embree_)
+        throw std::logic_error("there is no scene to render: lm_commit was not called, or failed");
+    if (view.width < 1 || view.height < 1)
+        throw std::invalid_argument("a picture of " + std::to_string(view.width) + " x " +
+                                    std::to_string(view.height) + " pixels");
+    scene_.camera = camera_of(view);
+    scene_.background = vector(view.background);
+    scene_.ambient = vector(view.ambient);
+    RenderOptions options;
+    options.width = view.width;
+    options.height = view.height;
+    options.samples = view.samples;
+    options.depth_limit = view.bounces;
+    options.threads = view.threads;
+    options.ambient_rays = view.ambient_rays;
+    options.ambient_distance = view.ambient_distance;
+    options.transparent_background = view.is_transparent != 0;
+    {
+        const std::scoped_lock lock(pixels_mutex_);
+        width_ = view.width;
+        height_ = view.height;
+        pixels_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), glm::vec4(0.0f));
+    }
+    cancel_ = false;
+    progress_ = 0.0f;
+    state_ = LM_RUNNING;
+    failure_ = nullptr;
+    worker_ = std::thread([this, options] { run(options); });
+}
+
+void Session::run(const RenderOptions& options) {
+    RenderStatistics statistics;
+    std::exception_ptr failure;
+    try {
+        demo::render(
+            *embree_, *visibility_, options, statistics, [this](const TilePixels& tile) { put(tile); },
+            [this](double done) { progress_ = static_cast<float>(done); }, &cancel_);
+    } catch (...) {
+        failure = std::current_exception();
+    }
+    const std::scoped_lock lock(state_mutex_);
+    rendered_ = statistics;
+    failure_ = failure;
+    state_ = statistics.finished || failure ? LM_FINISHED : LM_CANCELLED;
+    ended_.notify_all();
+}
+
+void Session::put(const TilePixels& tile) {
+    const std::scoped_lock lock(pixels_mutex_);
+    for (int row = 0; row < tile.height; ++row) {
+        const auto line = static_cast<std::size_t>(height_ - 1 - tile.top - row);
+        std::copy_n(tile.pixels.begin() + row * tile.width, tile.width,
+                    pixels_.begin() + static_cast<std::ptrdiff_t>(line * static_cast<std::size_t>(width_)) +
+                        tile.left);
+    }
+}
+
+LmState Session::poll(std::chrono::duration<double> patience, float& progress) {
+    std::unique_lock lock(state_mutex_);
+    ended_.wait_for(lock, patience, [this] { return state_ != LM_RUNNING; });
+    progress = progress_;
+    if (failure_)
+        std::rethrow_exception(failure_);
+    return state_;
+}
+
+void Session::read(std::span<float> rgba) {
+    const std::scoped_lock lock(pixels_mutex_);
+    if (rgba.size() != 4 * pixels_.size())
+        throw std::invalid_argument("a buffer of " + std::to_string(rgba.size()) +
+                                    " values for a picture of " + std::to_string(width_) + " x " +
+                                    std::to_string(height_) + " pixels");
+    float* value = rgba.data();
+    for (const glm::vec4& pixel : pixels_)
+        for (int channel = 0; channel < 4; ++channel)
+            *value++ = pixel[channel];
+}
+
+void Session::bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
+                   std::span<float> colours) {
+    stop();
+    if (!embree_)
+        throw std::logic_error("there is no scene to bake: lm_commit was not called, or failed");
+    const std::size_t lights = scene_.lights.size();
+    const std::size_t all = positions.size() / 3;
+    constexpr std::size_t chunk = 256;
+    const auto bake_chunk = [&](std::size_t number) {
+        const std::size_t first = number * chunk;
+        const std::size_t count = (std::min)(chunk, all - first);
+        std::vector<glm::vec3> places(count);
+        std::vector<glm::vec3> ways(count);
+        std::vector<std::uint32_t> seeds(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t at = 3 * (first + i);
+            places[i] = {positions[at], positions[at + 1], positions[at + 2]};
+            ways[i] = {normals[at], normals[at + 1], normals[at + 2]};
+            seeds[i] = static_cast<std::uint32_t>(first + i);
+        }
+        std::vector<float> lit(count * lights);
+        VisibilityCost cost;
+        visibility_->find({places, ways, seeds}, lit, cost);
+        if (!visible.empty())
+            std::ranges::copy(lit, visible.begin() + static_cast<std::ptrdiff_t>(first * lights));
+        for (std::size_t i = 0; i < (colours.empty() ? 0 : count); ++i) {
+            glm::vec3 sum(0.0f);
+            for (std::size_t l = 0; l < lights; ++l) {
+                const Illumination light = illuminate(scene_.lights[l], places[i]);
+                sum += lit[i * lights + l] * (std::max)(glm::dot(ways[i], light.to_light), 0.0f) *
+                       light.irradiance;
+            }
+            for (int channel = 0; channel < 3; ++channel)
+                colours[3 * (first + i) + static_cast<std::size_t>(channel)] = sum[channel];
+        }
+    };
+    tbb::parallel_for(std::size_t{0}, (all + chunk - 1) / chunk, bake_chunk);
+}
+
+LmStatistics Session::statistics() const {
+    LmStatistics all{};
+    if (embree_) {
+        all.seconds_building = embree_->seconds_building();
+        all.triangles = static_cast<std::int32_t>(scene_.triangles.size());
+        all.is_new_scene = last_change_.is_another_scene ? 1 : 0;
+        all.moved_boxes = static_cast<std::int32_t>(last_change_.boxes.size());
+        all.groups = static_cast<std::int32_t>(visibility_->group_count());
+        all.groups_kept = static_cast<std::int32_t>(visibility_->groups_kept());
+        if (const auto mesh = visibility_->mesh()) {
+            all.light_points = static_cast<std::int64_t>(mesh->light_points);
+            all.bytes += static_cast<std::int64_t>(mesh->bytes);
+        }
+        if (const auto cache = visibility_->cache()) {
+            all.records = static_cast<std::int64_t>(cache->records);
+            all.bytes += static_cast<std::int64_t>(cache->bytes);
+        }
+    }
+    const std::scoped_lock lock(state_mutex_);
+    all.seconds_rendering = rendered_.seconds;
+    all.seconds_visibility = rendered_.visibility.seconds;
+    all.points = static_cast<std::int64_t>(rendered_.shading_points);
+    all.shadow_rays = static_cast<std::int64_t>(rendered_.visibility.shadow_rays);
+    return all;
+}
+
+}  // namespace demo

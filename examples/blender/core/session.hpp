@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "blender/core/grouped_visibility.hpp"
+#include "blender/core/light_mesh_core.h"
+#include "render/embree_scene.hpp"
+#include "render/renderer.hpp"
+#include "scene/scene.hpp"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace demo {
+
+/// A mesh as it is told: a vertex for each place, normal and texture coordinate that differ.
+struct ToldMesh {
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::vec2> uvs;       ///< empty: none
+    std::vector<Triangle> triangles;  ///< their material is a slot of the object's
+    std::uint32_t slot_count = 0;
+};
+
+/// A mesh in its place.
+struct PlacedMesh {
+    std::uint64_t hash;
+    std::array<double, 12> matrix;  ///< row-major, 3 rows of 4
+    std::vector<std::int32_t> materials;
+
+    bool operator==(const PlacedMesh&) const = default;
+};
+
+/// What the functions of light_mesh_core.h do, with exceptions for errors.
+class Session {
+public:
+    explicit Session(std::size_t memory_budget) : memory_budget_(memory_budget) {}
+    ~Session() { stop(); }
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    void begin();
+    std::int32_t add_image(int width, int height, const std::uint8_t* rgba, std::int32_t flags);
+    std::int32_t add_material(const LmMaterial& material);
+    /// -1 if there is none.
+    std::int32_t find_mesh(std::uint64_t hash);
+    std::int32_t add_mesh(std::uint64_t hash, const LmMesh& mesh);
+    void add_object(std::int32_t mesh, const double* matrix, std::span<const std::int32_t> materials);
+    void add_light(const LmLight& light);
+    void commit();
+
+    void render(const LmView& view);
+    /// Rethrows what the worker threw.
+    LmState poll(std::chrono::duration<double> patience, float& progress);
+    void read(std::span<float> rgba);
+    /// `visible` and `colours` may be empty.
+    void bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
+              std::span<float> colours);
+    void cancel() { cancel_ = true; }
+    std::size_t light_count() const { return scene_.lights.size(); }
+    LmStatistics statistics() const;
+
+private:
+    /// The parts of a frame between `begin` and `commit`.
+    struct Told {
+        std::vector<Texture> textures;
+        std::vector<bool> clamps;  ///< of the textures
+        std::vector<Material> materials;
+        std::vector<std::uint64_t> meshes;
+        std::vector<PlacedMesh> objects;
+        std::vector<SceneLight> lights;
+        std::map<std::string, LightGroup> groups;
+    };
+
+    void stop();
+    Scene assemble(const Told& told, bool with_triangles) const;
+    void place(Scene& scene, const PlacedMesh& object, bool with_uvs) const;
+    SceneChange replace_scene(Scene next, bool same_places);
+    void run(const RenderOptions& options);
+    void put(const TilePixels& tile);
+
+    std::size_t memory_budget_;
+    std::map<std::uint64_t, std::shared_ptr<const ToldMesh>> meshes_;
+    Told told_;
+
+    Scene scene_;  // that the next two are of
+    std::vector<PlacedMesh> objects_;
+    std::unique_ptr<EmbreeScene> embree_;
+    std::unique_ptr<GroupedVisibility> visibility_;
+    SceneChange last_change_;
+
+    std::thread worker_;
+    std::atomic<bool> cancel_ = false;
+    std::atomic<float> progress_ = 0.0f;
+    mutable std::mutex state_mutex_;  // of the next three
+    std::condition_variable ended_;
+    LmState state_ = LM_FINISHED;
+    std::exception_ptr failure_;
+    RenderStatistics rendered_;
+    std::mutex pixels_mutex_;        // of the next three
+    std::vector<glm::vec4> pixels_;  // rows from the bottom up
+    int width_ = 0;
+    int height_ = 0;
+};
+
+/// A mesh with shared vertices. Throws std::invalid_argument and std::out_of_range that name the mesh.
+ToldMesh told_mesh(const LmMesh& mesh);
+
+/// Throws std::invalid_argument that names the light.
+SceneLight told_light(const LmLight& light);
+
+/// What the light's shadow is found by, without its lights. Lamps without a size throw hard shadows.
+LightGroup told_group(const LmLight& light, std::size_t memory_budget);
+
+}  // namespace demo

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""Tells a session what Blender's scene is at a frame."""
+
+import ctypes
+
+import numpy as np
+
+from . import lights
+from .core import CoreError
+from .materials import Materials
+
+SURFACES = {'MESH', 'CURVE', 'SURFACE', 'FONT', 'META'}
+# That have nothing to draw.
+WITHOUT_SURFACE = {'CAMERA', 'EMPTY', 'ARMATURE', 'LATTICE', 'SPEAKER', 'LIGHT_PROBE', 'LIGHT'}
+
+
+class Cancelled(Exception):
+    """The user does not want the picture any more."""
+
+
+def _rows(collection, columns, dtype, first, last):
+    """A view of a collection's own memory, whose items begin with so many numbers; None if it does not lie so.
+
+    Blender copies these item by item, which takes longer than all the rest. `first` and `last` are what the view must
+    show."""
+    count = len(collection)
+    if count < 2:
+        return None
+    address = collection[0].as_pointer()
+    stride = collection[1].as_pointer() - address
+    if stride < columns * 4 or collection[count - 1].as_pointer() != address + (count - 1) * stride:
+        return None
+    block = (ctypes.c_char * (count * stride)).from_address(address)
+    view = np.ndarray((count, columns), dtype, block, 0, (stride, 4))
+    return view if tuple(view[0]) == tuple(first) and tuple(view[-1]) == tuple(last) else None
+
+
+def _read(collection, name, columns, dtype):
+    values = np.empty((len(collection), columns), dtype)
+    collection.foreach_get(name, values.ravel())
+    return values
+
+
+def _corners(mesh):
+    """Of the triangles: their loops, and the loops' vertices."""
+    triangles, loops = mesh.loop_triangles, mesh.loops
+    of_triangles = _rows(triangles, 3, np.int32, triangles[0].loops, triangles[-1].loops)
+    if of_triangles is None:
+        of_triangles = _read(triangles, 'loops', 3, np.int32)
+    vertices = _rows(loops, 1, np.int32, (loops[0].vertex_index,), (loops[-1].vertex_index,))
+    if vertices is None:
+        vertices = _read(loops, 'vertex_index', 1, np.int32)
+    return of_triangles, vertices[:, 0][of_triangles]
+
+
+def _corner_normals(mesh, corners, vertices):
+    if hasattr(mesh, 'corner_normals'):
+        return _read(mesh.corner_normals, 'vector', 3, np.float32)[corners].reshape(-1, 9)
+    if mesh.use_auto_smooth or mesh.has_custom_normals:
+        mesh.calc_normals_split()
+        return _read(mesh.loops, 'normal', 3, np.float32)[corners].reshape(-1, 9)
+    is_smooth = np.empty(len(mesh.polygons), bool)
+    mesh.polygons.foreach_get('use_smooth', is_smooth)
+    normals = _read(mesh.vertex_normals, 'vector', 3, np.float32)[vertices] if is_smooth.any() else None
+    if not is_smooth.all():
+        polygons = _read(mesh.loop_triangles, 'polygon_index', 1, np.int32)[:, 0]
+        flat = np.repeat(_read(mesh.polygon_normals, 'vector', 3, np.float32)[polygons][:, None], 3, 1)
+        normals = flat if normals is None else np.where(is_smooth[polygons][:, None, None], normals, flat)
+    return np.ascontiguousarray(normals).reshape(-1, 9)
+
+
+def _corner_uvs(mesh, corners):
+    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    if layer is None:
+        return None
+    return _read(layer.data, 'uv', 2, np.float32)[corners].reshape(-1, 6)
+
+
+def mesh_arrays(mesh, slot_count, with_uvs):
+    """Positions, corners, material slots, and the normals and texture coordinates of the corners of triangles."""
+    mesh.calc_loop_triangles()
+    corners, vertices = _corners(mesh)
+    slots = np.zeros(len(corners), np.int32)
+    if slot_count > 1:
+        mesh.loop_triangles.foreach_get('material_index', slots)
+        slots = np.clip(slots, 0, slot_count - 1)
+    return (_read(mesh.vertices, 'co', 3, np.float32), vertices, slots, _corner_normals(mesh, corners, vertices),
+            _corner_uvs(mesh, corners) if with_uvs else None)
+
+
+class _Exporter:
+    def __init__(self, session, say):
+        self._session = session
+        self._say = say
+        self._materials = Materials(session, say)
+        self._meshes = {}
+        self.lights = []
+
+    def add(self, instance):
+        thing = instance.object
+        if thing.type == 'LIGHT':
+            self._session.add_light(lights.light(thing.data, instance.matrix_world, self._say))
+            self.lights.append((instance.instance_object or thing).original)
+        elif thing.type in SURFACES:
+            if instance.show_self:
+                self._add_surface(instance, thing)
+            for system in thing.particle_systems if not instance.is_instance else ():
+                if system.settings.type == 'HAIR' and system.settings.render_type == 'PATH':
+                    self._say(f'object "{thing.name}": its hair is left out')
+        elif thing.type not in WITHOUT_SURFACE:
+            self._say(f'object "{thing.name}" is left out: {thing.type.lower()}')
+
+    def _add_surface(self, instance, thing):
+        if thing.is_holdout:
+            self._say(f'object "{thing.name}": that it is a holdout is left out')
+        if not (thing.visible_camera and thing.visible_shadow):
+            self._say(f'object "{thing.name}": it is drawn with its shadow, whatever its ray visibility')
+        slots = [slot.material for slot in thing.material_slots]
+        own = list(getattr(thing.data, 'materials', ()))
+        chosen = slots if len(slots) >= len(own) else own
+        numbers = [self._materials.number(material) for material in chosen or [None]]
+        with_uvs = self._materials.have_pictures(numbers)
+        key = (thing.data.as_pointer() if thing.type == 'MESH' else
+               (instance.instance_object or thing).original.as_pointer()), len(numbers), with_uvs
+        if key not in self._meshes:
+            self._meshes[key] = self._mesh(thing, len(numbers), with_uvs)
+        if self._meshes[key] is not None:
+            self._session.add_object(self._meshes[key], instance.matrix_world, numbers)
+
+    def _mesh(self, thing, slot_count, with_uvs):
+        """Its number; None if there are no surfaces."""
+        if thing.type == 'MESH' and not getattr(thing.data, 'use_auto_smooth', False):
+            return self._told(thing.name, thing.data, slot_count, with_uvs)  # evaluated already: no copy
+        try:
+            mesh = thing.to_mesh()
+        except RuntimeError:
+            mesh = None
+        try:
+            return self._told(thing.name, mesh, slot_count, with_uvs) if mesh is not None else None
+        finally:
+            thing.to_mesh_clear()
+
+    def _told(self, name, mesh, slot_count, with_uvs):
+        if len(mesh.polygons) == 0:
+            return None
+        return self._session.add_mesh(name, *mesh_arrays(mesh, slot_count, with_uvs))
+
+
+def export(session, depsgraph, say, is_cancelled=lambda: False):
+    """Gives the lights' objects in their order. Raises CoreError for what cannot be drawn, and Cancelled."""
+    session.begin()
+    exporter = _Exporter(session, say)
+    for instance in depsgraph.object_instances:
+        if is_cancelled():
+            raise Cancelled
+        exporter.add(instance)
+    session.commit()
+    return exporter.lights
+
+
+__all__ = ['Cancelled', 'CoreError', 'export', 'mesh_arrays']

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""Panels of the render and the light tab, and those of Blender that fit."""
+
+import bpy
+
+from . import engine
+from .lights import settings_key, shadow_of
+
+# Of Blender's panels for any engine: what this one has in its own, or cannot do.
+LEFT_OUT = {'DATA_PT_light', 'NODE_DATA_PT_light', 'RENDER_PT_freestyle', 'VIEWLAYER_PT_filter', 'VIEWLAYER_PT_layer_passes'}
+OF_EEVEE = ('EEVEE_MATERIAL_PT_context_material', 'EEVEE_MATERIAL_PT_surface', 'EEVEE_WORLD_PT_surface')
+
+
+class _Panel:
+    bl_space_type = 'PROPERTIES'
+    bl_region_type = 'WINDOW'
+    COMPAT_ENGINES = {engine.ENGINE}
+
+    @classmethod
+    def poll(cls, context):
+        return context.engine in cls.COMPAT_ENGINES
+
+
+class _LightPanel(_Panel):
+    bl_context = 'data'
+
+    @classmethod
+    def poll(cls, context):
+        return context.light is not None and super().poll(context)
+
+
+def _column(layout):
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout.column()
+
+
+def group_count(scene):
+    """Caches and meshes that the scene's lights need: one for each distinct settings."""
+    keys = {settings_key(thing.data) for thing in scene.objects if thing.type == 'LIGHT'}
+    return len(keys - {None})
+
+
+class LIGHT_MESH_PT_sampling(_Panel, bpy.types.Panel):
+    bl_label = 'Sampling'
+    bl_context = 'render'
+
+    def draw(self, context):
+        column = _column(self.layout)
+        column.prop(context.scene.light_mesh, 'samples')
+        column.prop(context.scene.light_mesh, 'viewport_samples')
+        column.prop(context.scene.light_mesh, 'bounces')
+
+
+class LIGHT_MESH_PT_ambient(_Panel, bpy.types.Panel):
+    bl_label = 'Ambient Light'
+    bl_context = 'render'
+
+    def draw(self, context):
+        settings = context.scene.light_mesh
+        column = _column(self.layout)
+        column.prop(settings, 'ambient')
+        if settings.ambient == 'OCCLUSION':
+            column.prop(settings, 'ambient_rays')
+            column.prop(settings, 'ambient_distance')
+
+
+class LIGHT_MESH_PT_shadows(_Panel, bpy.types.Panel):
+    bl_label = 'Shadows'
+    bl_context = 'render'
+
+    def draw(self, context):
+        column = _column(self.layout)
+        column.prop(context.scene.light_mesh, 'memory')
+        count = group_count(context.scene)
+        column.label(text=f'Caches and light meshes: {count}', icon='LIGHT_DATA')
+        found = engine.statistics
+        if found:
+            column.label(text=f'Last picture: {found["seconds"]:.2f} s, of these {found["seconds_exporting"]:.2f} s for reading')
+            column.label(text=f'{found["triangles"]:,} triangles, {found["points"]:,} points shaded')
+            column.label(text=f'{found["records"]:,} records, {found["light_points"]:,} light points, '
+                              f'{found["bytes"] / 2**20:,.1f} MB')
+
+
+class LIGHT_MESH_PT_bake(_Panel, bpy.types.Panel):
+    bl_label = 'Bake'
+    bl_context = 'render'
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        column = self.layout.column()
+        column.operator('object.light_mesh_bake', text='Bake Light').what = 'LIGHT'
+        column.operator('object.light_mesh_bake', text='Bake Visibility').what = 'VISIBILITY'
+
+
+class LIGHT_MESH_PT_light(_LightPanel, bpy.types.Panel):
+    bl_label = 'Light'
+
+    def draw(self, context):
+        lamp = context.light
+        self.layout.row().prop(lamp, 'type', expand=True)
+        column = _column(self.layout)
+        column.prop(lamp, 'color')
+        column.prop(lamp, 'energy', text='Strength' if lamp.type == 'SUN' else 'Power')
+        if lamp.type == 'SUN':
+            column.prop(lamp, 'angle')
+        elif lamp.type == 'AREA':
+            column.prop(lamp, 'shape')
+            column.prop(lamp, 'size', text='Size X' if lamp.shape in {'RECTANGLE', 'ELLIPSE'} else 'Size')
+            if lamp.shape in {'RECTANGLE', 'ELLIPSE'}:
+                column.prop(lamp, 'size_y', text='Y')
+        else:
+            column.prop(lamp, 'shadow_soft_size', text='Radius')
+        if lamp.type == 'SPOT':
+            column.prop(lamp, 'spot_size')
+            column.prop(lamp, 'spot_blend')
+
+
+class LIGHT_MESH_PT_light_shadow(_LightPanel, bpy.types.Panel):
+    bl_label = 'Shadow'
+
+    def draw_header(self, context):
+        self.layout.prop(context.light, 'use_shadow', text='')
+
+    def draw(self, context):
+        lamp = context.light
+        chosen = lamp.light_mesh
+        self.layout.active = lamp.use_shadow
+        column = _column(self.layout)
+        column.prop(chosen, 'shadow')
+        if chosen.shadow == 'REAL':
+            column.prop(chosen, 'spacing')
+            column.prop(chosen, 'detail')
+        elif chosen.shadow in {'MESH', 'MESH_ATK'}:
+            column.prop(chosen, 'express')
+            column.prop(chosen, 'quality')
+            column.prop(chosen, 'radius')
+            row = column.row()
+            row.active = chosen.shadow == 'MESH_ATK'
+            row.prop(chosen, 'size')
+        key = settings_key(lamp)
+        if key is not None:
+            same = sum(settings_key(thing.data) == key for thing in context.scene.objects if thing.type == 'LIGHT')
+            column.label(text=f'{"Cache" if chosen.shadow == "REAL" else "Mesh"} of {same} light{"" if same == 1 else "s"}, '
+                              f'one of {group_count(context.scene)} in the scene')
+        elif shadow_of(lamp) == 'REAL':
+            column.label(text='A lamp without a size: hard shadows')
+
+
+CLASSES = (LIGHT_MESH_PT_sampling, LIGHT_MESH_PT_ambient, LIGHT_MESH_PT_shadows, LIGHT_MESH_PT_bake, LIGHT_MESH_PT_light,
+           LIGHT_MESH_PT_light_shadow)
+
+
+def _of_blender():
+    for panel in bpy.types.Panel.__subclasses__():
+        if 'BLENDER_RENDER' in getattr(panel, 'COMPAT_ENGINES', ()) and panel.__name__ not in LEFT_OUT:
+            yield panel
+    for name in OF_EEVEE:
+        panel = getattr(bpy.types, name, None)
+        if panel is not None:
+            yield panel
+
+
+def register():
+    for each in CLASSES:
+        bpy.utils.register_class(each)
+    for panel in _of_blender():
+        panel.COMPAT_ENGINES.add(engine.ENGINE)
+
+
+def unregister():
+    for panel in bpy.types.Panel.__subclasses__():
+        if panel not in CLASSES:
+            getattr(panel, 'COMPAT_ENGINES', set()).discard(engine.ENGINE)
+    for each in reversed(CLASSES):
+        bpy.utils.unregister_class(each)

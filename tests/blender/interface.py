@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""Draws 3-D views and panels, renders with F12's operator, and cancels a picture by its own job. Needs a screen, such as Xvfb's.
+
+    blender --factory-startup --addons light_mesh --python interface.py [-- PICTURE.png]
+"""
+
+import os
+import shutil
+import sys
+import tempfile
+import traceback
+
+import bpy
+import mathutils
+import numpy as np
+
+WANTED = sys.argv[sys.argv.index('--') + 1] if '--' in sys.argv else None
+
+
+def area_of(kind):
+    return next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == kind)
+
+
+def shown(tab):
+    """A picture of the window with this tab of properties."""
+    area = area_of('PROPERTIES')
+    area.spaces[0].context = tab
+    area.tag_redraw()
+    yield .3
+    return (yield from photographed(area, WANTED if tab == 'DATA' else None))
+
+
+def photographed(area, copy=None):
+    window = bpy.context.window_manager.windows[0]
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, 'screen.png')
+        with bpy.context.temp_override(window=window, area=area):
+            bpy.ops.screen.screenshot_area(filepath=path)
+        image = bpy.data.images.load(path)
+        width, height = image.size
+        pixels = np.empty(width * height * 4, np.float32)
+        image.pixels.foreach_get(pixels)
+        bpy.data.images.remove(image)
+        if copy and not os.path.exists(copy):
+            shutil.move(path, copy)
+    yield 0
+    return pixels.reshape(height, width, 4)[..., :3]
+
+
+def drawn(area):
+    """A picture of a 3-D view when it is finished."""
+    from light_mesh import viewport
+    area.tag_redraw()
+    yield .3
+    for _ in range(200):
+        if viewport.open_viewports and all(each.is_finished for each in viewport.open_viewports):
+            break
+        yield .1
+    assert [each.problem for each in viewport.open_viewports] == [''], 'a view has a problem, or none is open'
+    assert all(each.is_finished for each in viewport.open_viewports)
+    area.tag_redraw()
+    yield .2
+    return (yield from photographed(area))
+
+
+def viewport_steps():
+    """Edits while a view is being rendered, as fast as they come; none may end Blender, and each must be seen."""
+    import addon_utils
+    area = area_of('VIEW_3D')
+    space = area.spaces[0]
+    space.overlay.show_overlays = space.show_gizmo = False
+    space.shading.type = 'RENDERED'
+    pictures = [(yield from drawn(area))]
+    cube = bpy.data.objects['Cube']
+
+    def seen_to_change(what):
+        picture = yield from drawn(area)
+        assert not np.array_equal(picture, pictures[-1]), f'the view does not show: {what}'
+        pictures.append(picture)
+
+    cube.location.x = 1
+    yield from seen_to_change('a cube that moved')
+    space.region_3d.view_rotation.rotate(mathutils.Euler((0, 0, .3)))
+    yield from seen_to_change('a view that turned')
+    bpy.data.objects['Light'].data.energy = 300
+    yield from seen_to_change('a lamp with less power')
+    for i in range(20):
+        cube.location.x = .05 * i
+        yield .02
+    window = bpy.context.window_manager.windows[0]
+    region = next(region for region in area.regions if region.type == 'WINDOW')
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.ed.undo_push(message='before')
+        bpy.data.objects.remove(bpy.data.objects['Cube'])
+        bpy.ops.ed.undo_push(message='after')
+    yield from seen_to_change('a cube that is gone')
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.ed.undo()
+    yield from seen_to_change('a cube that is back')
+    addon_utils.disable('light_mesh')
+    yield .3
+    addon_utils.enable('light_mesh')
+    bpy.context.scene.render.engine = 'LIGHT_MESH'
+    area.spaces[0].shading.type = 'SOLID'
+    yield .2
+    area.spaces[0].shading.type = 'RENDERED'
+    yield .5
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, 'scene.blend')
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+    yield .5
+    area_of('VIEW_3D').spaces[0].shading.type = 'SOLID'
+    yield .2
+
+
+def steps():
+    from light_mesh import core, engine
+    scene = bpy.context.scene
+    scene.render.engine = engine.ENGINE
+    yield .5
+    yield from viewport_steps()
+    scene = bpy.context.scene
+    lamp = scene.objects['Light']
+    lamp.data.light_mesh.shadow = 'MESH_ATK'
+    bpy.context.view_layer.objects.active = lamp
+    # The greatest area has room for all panels, and wide ones.
+    area_of('PROPERTIES').type = 'OUTLINER'
+    area_of('VIEW_3D').type = 'PROPERTIES'
+    yield .3
+    pictures = {}
+    for tab in ('RENDER', 'DATA', 'WORLD', 'OUTPUT'):
+        pictures[tab] = yield from shown(tab)
+        assert pictures[tab].std() > .02, f'the tab {tab} is blank'
+    assert not np.array_equal(pictures['RENDER'], pictures['DATA'])
+    # Another kind of shadow has other settings.
+    lamp.data.light_mesh.shadow = 'REAL'
+    other = yield from shown('DATA')
+    assert not np.array_equal(other, pictures['DATA'])
+
+    scene.render.resolution_x, scene.render.resolution_y = 160, 90
+    bpy.ops.render.render('INVOKE_DEFAULT')
+    for _ in range(100):
+        yield .1
+        if engine.statistics and not bpy.app.is_job_running('RENDER'):
+            break
+    assert engine.statistics['triangles'] == 12, engine.statistics
+
+    # A picture of hours, until its session is told to stop.
+    scene.render.resolution_x = scene.render.resolution_y = 1200
+    scene.light_mesh.samples = 1024
+    area_of('PROPERTIES').type = 'VIEW_3D'
+    area_of('VIEW_3D').spaces[0].shading.type = 'RENDERED'  # a view that is open at the end
+    bpy.ops.render.render('INVOKE_DEFAULT')
+    yield 1.5
+    assert bpy.app.is_job_running('RENDER')
+    for _ in range(100):
+        for session in list(engine._sessions.values()):
+            session.cancel()  # each time: a picture may not have begun
+        yield .1
+        if not bpy.app.is_job_running('RENDER'):
+            break
+    assert not bpy.app.is_job_running('RENDER')
+    assert core.ABI == 1
+
+
+def run():
+    bpy.context.preferences.view.show_splash = False
+    work = steps()
+
+    def step():
+        try:
+            return next(work)
+        except StopIteration:
+            print('interface: passed', flush=True)
+            bpy.ops.wm.quit_blender()  # which must not fail either
+        except BaseException:
+            traceback.print_exc()
+            sys.stdout.flush()
+            os._exit(1)
+
+    bpy.app.timers.register(step, first_interval=1, persistent=True)
+
+
+run()

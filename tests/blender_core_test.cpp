@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: MIT
+
+// The C interface of the Blender add-on's core, without Blender.
+
+#include "blender/core/light_mesh_core.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace {
+
+struct Free {
+    void operator()(LmSession* session) const { lm_free(session); }
+};
+using Session = std::unique_ptr<LmSession, Free>;
+
+/// A square in the plane z = 0, or what is made of it.
+struct Square {
+    std::vector<float> positions;
+    std::vector<std::int32_t> corners{0, 1, 2, 0, 2, 3};
+    std::vector<std::int32_t> slots{0, 0};
+    std::vector<float> uvs{0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
+
+    explicit Square(float half) : positions{-half, -half, 0, half, -half, 0, half, half, 0, -half, half, 0} {}
+
+    LmMesh mesh() const {
+        return {"square", positions.data(), corners.data(), slots.data(), nullptr, uvs.data(), 4, 2};
+    }
+    std::uint64_t hash() const { return lm_hash(1, positions.data(), positions.size() * sizeof(float)); }
+};
+
+constexpr std::array<double, 12> at(double x, double y, double z, double scale = 1.0) {
+    return {scale, 0, 0, x, 0, scale, 0, y, 0, 0, scale, z};
+}
+
+LmMaterial matt(float albedo) {
+    LmMaterial material{};
+    for (float& channel : material.base)
+        channel = albedo;
+    material.alpha = material.refraction_index = 1.0f;
+    material.base_image = -1;
+    material.is_matt = 1;
+    return material;
+}
+
+LmLight lamp(float x, float y, float z, float strength, LmShadow shadow = LM_HARD_RAYS) {
+    LmLight light{};
+    light.name = "lamp";
+    light.kind = LM_POINT;
+    light.shadow = shadow;
+    light.position[0] = x;
+    light.position[1] = y;
+    light.position[2] = z;
+    light.axis[2] = -1.0f;
+    for (float& channel : light.strength)
+        channel = strength;
+    light.spacing = 0.25f;
+    light.detail = 3;
+    light.radius = 0.5f;
+    light.quality = 4.0f;
+    light.map_size = 256;
+    return light;
+}
+
+/// From above, orthographic, of 4 x 4 metres: +x to the right, +y up.
+LmView from_above(int width, int height) {
+    LmView view{};
+    view.eye[2] = 10.0f;
+    view.ahead[2] = -1.0f;
+    view.up[1] = 1.0f;
+    const std::array<float, 4> edges{-2, 2, -2, 2};
+    std::copy(edges.begin(), edges.end(), view.edges);
+    view.z_far = 100.0f;
+    view.is_orthographic = 1;
+    view.width = width;
+    view.height = height;
+    view.samples = 1;
+    view.ambient_distance = 100.0f;
+    return view;
+}
+
+/// A floor, and a plate above it where there is one.
+void tell(LmSession* session, const std::vector<LmLight>& lights, const double* plate = nullptr) {
+    REQUIRE(lm_begin(session) == 0);
+    const LmMaterial grey = matt(0.5f);
+    const std::int32_t material = lm_add_material(session, &grey);
+    REQUIRE(material == 0);
+    const Square floor(10.0f);
+    const LmMesh mesh = floor.mesh();
+    std::int32_t number = lm_find_mesh(session, floor.hash());
+    if (number < 0)
+        number = lm_add_mesh(session, floor.hash(), &mesh);
+    REQUIRE(number == 0);
+    const auto origin = at(0, 0, 0);
+    REQUIRE(lm_add_object(session, number, origin.data(), &material, 1) == 0);
+    if (plate != nullptr)
+        REQUIRE(lm_add_object(session, number, plate, &material, 1) == 0);
+    for (const LmLight& light : lights)
+        REQUIRE(lm_add_light(session, &light) == 0);
+    REQUIRE_MESSAGE(lm_commit(session) == 0, lm_error());
+}
+
+std::vector<float> picture(LmSession* session, const LmView& view) {
+    REQUIRE_MESSAGE(lm_render(session, &view) == 0, lm_error());
+    int state = LM_RUNNING;
+    float progress = 0.0f;
+    while (state == LM_RUNNING)
+        state = lm_poll(session, 0.1, &progress);
+    REQUIRE_MESSAGE(state == LM_FINISHED, lm_error());
+    CHECK(progress == 1.0f);
+    std::vector<float> pixels(4 * static_cast<std::size_t>(view.width * view.height));
+    REQUIRE(lm_read(session, pixels.data(), pixels.size()) == 0);
+    return pixels;
+}
+
+bool fails(int result, const std::string& with) {
+    return result == -1 && std::string(lm_error()).find(with) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("blender core: inverse squares, and rows from the bottom up") {
+    CHECK(lm_abi() == LM_ABI);
+    const Session session(lm_new(0));
+    tell(session.get(), {lamp(1, -1, 2, 8.0f)});
+    const std::vector<float> pixels = picture(session.get(), from_above(4, 4));
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column) {
+            const double x = -1.5 + column - 1.0;
+            const double y = -1.5 + row + 1.0;
+            const double squared = x * x + y * y + 4.0;
+            const float* pixel = &pixels[static_cast<std::size_t>(4 * (4 * row + column))];
+            CHECK(pixel[0] == doctest::Approx(0.5 * 8.0 / squared * 2.0 / std::sqrt(squared)).epsilon(1e-4));
+            CHECK(pixel[3] == 1.0f);
+        }
+}
+
+TEST_CASE("blender core: a rectangle lights a point as all of its pieces do") {
+    const Session session(lm_new(0));
+    LmLight area = lamp(0, 0, 1, 1.0f);
+    area.kind = LM_AREA;
+    area.half_u[0] = 1.0f;
+    area.half_v[1] = -0.5f;  // it shines down
+    tell(session.get(), {area});
+    LmView view = from_above(1, 1);
+    view.eye[0] = 0.4f;
+    double sum = 0.0;
+    constexpr int steps = 200;
+    for (int i = 0; i < steps; ++i)
+        for (int k = 0; k < steps; ++k) {
+            const double x = -1.0 + 2.0 * (i + 0.5) / steps - 0.4;
+            const double y = -0.5 + (k + 0.5) / steps;
+            const double squared = x * x + y * y + 1.0;
+            sum += 1.0 / (squared * squared) / (steps * steps);
+        }
+    CHECK(picture(session.get(), view)[0] == doctest::Approx(0.5 * sum).epsilon(1e-3));
+}
+
+TEST_CASE("blender core: each kind of shadow is dark below a plate; without shadow there is none") {
+    const auto plate = at(0, 0, 1, 0.1);
+    for (const LmShadow shadow : {LM_REAL_LAMP, LM_MESH, LM_MESH_ATK, LM_HARD_RAYS, LM_NO_SHADOW}) {
+        const Session session(lm_new(0));
+        LmLight light = lamp(0, 0, 6, 40.0f, shadow);
+        light.size = 0.2f;
+        tell(session.get(), {light}, plate.data());
+        // From below the plate.
+        LmView view = from_above(1, 1);
+        view.eye[2] = 0.5f;
+        view.edges[0] = view.edges[2] = -0.01f;
+        view.edges[1] = view.edges[3] = 0.01f;
+        const float dark = picture(session.get(), view)[0];
+        CAPTURE(static_cast<int>(shadow));
+        if (shadow == LM_NO_SHADOW)
+            CHECK(dark > 0.5f);
+        else
+            CHECK(dark == 0.0f);
+        LmStatistics statistics{};
+        REQUIRE(lm_statistics(session.get(), &statistics) == 0);
+        CHECK(statistics.groups == (shadow == LM_NO_SHADOW ? 0 : 1));
+        CHECK(statistics.triangles == 4);
+    }
+}
+
+TEST_CASE("blender core: each distinct setting is one mesh, and keeps its own lights") {
+    const Session session(lm_new(0));
+    std::vector<LmLight> lights{lamp(-1, 0, 3, 1.0f, LM_MESH), lamp(0, 0, 3, 1.0f),
+                                lamp(1, 0, 3, 1.0f, LM_MESH), lamp(0, 1, 3, 1.0f, LM_MESH)};
+    lights[3].radius = 1.0f;
+    tell(session.get(), lights);
+    LmStatistics statistics{};
+    REQUIRE(lm_statistics(session.get(), &statistics) == 0);
+    CHECK(statistics.groups == 3);  // two radii, and hard rays
+    const std::vector<float> apart = picture(session.get(), from_above(8, 8));
+    for (LmLight& light : lights)
+        light.shadow = LM_NO_SHADOW;
+    tell(session.get(), lights);
+    const std::vector<float> open = picture(session.get(), from_above(8, 8));
+    for (std::size_t i = 0; i < open.size(); ++i)
+        CHECK(apart[i] == doctest::Approx(open[i]).epsilon(1e-4));
+}
+
+TEST_CASE("blender core: a film's frames are those of new sessions, and what is the same is kept") {
+    const Session film(lm_new(0));
+    for (int frame = 0; frame < 4; ++frame) {
+        // A plate that moves, then a light, then nothing.
+        const auto plate = at(frame == 0 ? -0.5 : 0.5, 0, 1, 0.05);
+        LmLight light = lamp(frame < 2 ? 0.0f : 0.7f, 0, 4, 20.0f, LM_REAL_LAMP);
+        light.size = 0.3f;
+        const std::vector<LmLight> lights{light, lamp(1, 1, 4, 5.0f, LM_MESH)};
+        tell(film.get(), lights, plate.data());
+        LmStatistics statistics{};
+        REQUIRE(lm_statistics(film.get(), &statistics) == 0);
+        CHECK(statistics.is_new_scene == (frame == 0 ? 1 : 0));
+        CHECK(statistics.groups_kept == (frame == 0 ? 0 : 2));
+        CHECK((statistics.moved_boxes > 0) == (frame == 1));
+        const std::vector<float> ours = picture(film.get(), from_above(24, 24));
+        const Session fresh(lm_new(0));
+        tell(fresh.get(), lights, plate.data());
+        CHECK(picture(fresh.get(), from_above(24, 24)) == ours);
+    }
+}
+
+TEST_CASE("blender core: the background may be left out, also behind what lets light through") {
+    const Session session(lm_new(0));
+    REQUIRE(lm_begin(session.get()) == 0);
+    LmMaterial half = matt(0.5f);
+    half.alpha = 0.25f;
+    const std::int32_t material = lm_add_material(session.get(), &half);
+    const Square square(1.0f);
+    const LmMesh mesh = square.mesh();
+    const std::int32_t number = lm_add_mesh(session.get(), square.hash(), &mesh);
+    const auto origin = at(0, 0, 0);
+    REQUIRE(lm_add_object(session.get(), number, origin.data(), &material, 1) == 0);
+    REQUIRE_MESSAGE(lm_commit(session.get()) == 0, lm_error());
+    LmView view = from_above(2, 1);
+    view.edges[0] = -1.0f;
+    view.edges[1] = 3.0f;  // the left pixel on the square, the right one beside it
+    view.bounces = 2;
+    view.background[0] = 2.0f;
+    const std::vector<float> before = picture(session.get(), view);
+    CHECK(before[0] == doctest::Approx(1.5));
+    CHECK(before[4] == 2.0f);
+    view.is_transparent = 1;
+    const std::vector<float> after = picture(session.get(), view);
+    CHECK(after[0] == 0.0f);
+    CHECK(after[3] == doctest::Approx(0.25));
+    CHECK(after[7] == 0.0f);
+}
+
+TEST_CASE("blender core: pictures are blended as they are stored, rows from the bottom up") {
+    const Session session(lm_new(0));
+    REQUIRE(lm_begin(session.get()) == 0);
+    const std::array<std::uint8_t, 8> texels{0, 0, 0, 255, 255, 255, 255, 255};  // dark below, light above
+    REQUIRE(lm_add_image(session.get(), 1, 2, texels.data(), LM_IMAGE_CLAMP) == 0);
+    LmMaterial textured = matt(1.0f);
+    textured.base_image = 0;
+    const std::int32_t material = lm_add_material(session.get(), &textured);
+    const Square square(2.0f);
+    const LmMesh mesh = square.mesh();
+    const std::int32_t number = lm_add_mesh(session.get(), square.hash(), &mesh);
+    const auto origin = at(0, 0, 0);
+    REQUIRE(lm_add_object(session.get(), number, origin.data(), &material, 1) == 0);
+    REQUIRE_MESSAGE(lm_commit(session.get()) == 0, lm_error());
+    LmView view = from_above(1, 5);
+    for (float& channel : view.ambient)
+        channel = 1.0f;
+    const std::vector<float> pixels = picture(session.get(), view);
+    CHECK(pixels[0] == 0.0f);
+    CHECK(pixels[16] == 1.0f);
+    const double half = std::pow((0.5 + 0.055) / 1.055, 2.4);
+    CHECK(pixels[8] == doctest::Approx(half).epsilon(1e-3));
+}
+
+TEST_CASE("blender core: a rough surface reflects as its facets do") {
+    const Session session(lm_new(0));
+    REQUIRE(lm_begin(session.get()) == 0);
+    LmMaterial metal = matt(0.9f);
+    metal.is_matt = 0;
+    metal.metallic = 1.0f;
+    metal.roughness = 0.5f;
+    const std::int32_t material = lm_add_material(session.get(), &metal);
+    const Square square(2.0f);
+    const LmMesh mesh = square.mesh();
+    const std::int32_t number = lm_add_mesh(session.get(), square.hash(), &mesh);
+    const auto origin = at(0, 0, 0);
+    REQUIRE(lm_add_object(session.get(), number, origin.data(), &material, 1) == 0);
+    const LmLight light = lamp(0, 0, 2, 4.0f);
+    REQUIRE(lm_add_light(session.get(), &light) == 0);
+    REQUIRE_MESSAGE(lm_commit(session.get()) == 0, lm_error());
+    // Head-on, D is 1 / (pi a^2), masking 1 and the reflectance the colour: D / 4 times pi.
+    LmView view = from_above(1, 1);
+    view.edges[0] = view.edges[2] = -1e-3f;
+    view.edges[1] = view.edges[3] = 1e-3f;
+    const double width = 0.25;
+    CHECK(picture(session.get(), view)[0] == doctest::Approx(0.9 / (4.0 * width * width)).epsilon(1e-3));
+}
+
+TEST_CASE("blender core: ambient light is less where things are near") {
+    const Session session(lm_new(0));
+    const auto plate = at(0, 0, 0.05, 0.05);
+    tell(session.get(), {}, plate.data());
+    LmView view = from_above(1, 1);
+    for (float& channel : view.ambient)
+        channel = 1.0f;
+    view.ambient_rays = 64;
+    view.edges[0] = view.edges[2] = -1e-3f;
+    view.edges[1] = view.edges[3] = 1e-3f;
+    CHECK(picture(session.get(), view)[0] == doctest::Approx(0.5));  // on the plate
+    view.eye[2] = 0.04f;
+    // Under it, only what comes in flatter than from its edge: nothing to a hundredth.
+    CHECK(picture(session.get(), view)[0] < 0.05f);
+}
+
+TEST_CASE("blender core: what is baked is what a matt picture shows") {
+    const Session session(lm_new(0));
+    const auto plate = at(0, 0, 1, 0.1);
+    const std::vector<LmLight> lights{lamp(0, 0, 4, 8.0f), lamp(6, 0, 4, 2.0f)};
+    tell(session.get(), lights, plate.data());
+    const std::array<float, 9> places{0, 0, 0, 2, 1, 0, -3, 0, 0};
+    const std::array<float, 9> normals{0, 0, 1, 0, 0, 1, 0, 0, 1};
+    std::array<float, 6> visible{};
+    std::array<float, 9> colours{};
+    REQUIRE(lm_bake(session.get(), 3, places.data(), normals.data(), visible.data(), colours.data()) == 0);
+    // The plate hides the first lamp from below it, and the second one from the far side.
+    CHECK(visible == std::array<float, 6>{0, 1, 1, 1, 1, 0});
+    for (std::size_t i = 0; i < 3; ++i) {
+        double expected = 0.0;
+        for (std::size_t l = 0; l < 2; ++l) {
+            const double x = lights[l].position[0] - places[3 * i];
+            const double y = lights[l].position[1] - places[3 * i + 1];
+            const double squared = x * x + y * y + 16.0;
+            expected += visible[2 * i + l] * lights[l].strength[0] / squared * 4.0 / std::sqrt(squared);
+        }
+        CHECK(colours[3 * i] == doctest::Approx(expected).epsilon(1e-4));
+    }
+    CHECK(lm_bake(session.get(), 3, places.data(), normals.data(), nullptr, nullptr) == 0);
+    CHECK(fails(lm_bake(session.get(), 3, nullptr, normals.data(), nullptr, nullptr), "positions"));
+    const Session empty(lm_new(0));
+    CHECK(fails(lm_bake(empty.get(), 0, nullptr, nullptr, nullptr, nullptr), "no scene to bake"));
+}
+
+TEST_CASE("blender core: a picture that is cancelled ends soon, and another one may follow") {
+    const Session session(lm_new(0));
+    tell(session.get(), {lamp(0, 0, 3, 1.0f)});
+    LmView view = from_above(4096, 4096);
+    view.samples = 1024;
+    REQUIRE(lm_render(session.get(), &view) == 0);
+    float progress = 1.0f;
+    CHECK(lm_poll(session.get(), 0.01, &progress) == LM_RUNNING);
+    CHECK(progress < 1.0f);
+    lm_cancel(session.get());
+    int state = LM_RUNNING;
+    while (state == LM_RUNNING)
+        state = lm_poll(session.get(), 1.0, nullptr);
+    CHECK(state == LM_CANCELLED);
+    picture(session.get(), from_above(4, 4));
+    // A session may also go while it renders.
+    REQUIRE(lm_render(session.get(), &view) == 0);
+}
+
+TEST_CASE("blender core: errors are texts that name the thing") {
+    const Session session(lm_new(0));
+    LmView view = from_above(4, 4);
+    CHECK(fails(lm_render(session.get(), &view), "no scene"));
+    CHECK(fails(lm_begin(nullptr), "NULL"));
+    REQUIRE(lm_begin(session.get()) == 0);
+    const LmMaterial grey = matt(0.5f);
+    const std::int32_t material = lm_add_material(session.get(), &grey);
+
+    Square square(1.0f);
+    square.positions[4] = std::numeric_limits<float>::quiet_NaN();
+    LmMesh mesh = square.mesh();
+    CHECK(fails(lm_add_mesh(session.get(), 1, &mesh), "vertex 1 of mesh 'square' is not finite"));
+    square = Square(1.0f);
+    square.corners[3] = 4;
+    mesh = square.mesh();
+    CHECK(fails(lm_add_mesh(session.get(), 1, &mesh), "has vertex 4 of 4"));
+    square = Square(1.0f);
+    square.slots[1] = 1;
+    mesh = square.mesh();
+    const std::int32_t number = lm_add_mesh(session.get(), 1, &mesh);
+    REQUIRE(number == 0);
+    auto place = at(0, 0, 0);
+    CHECK(fails(lm_add_object(session.get(), number, place.data(), &material, 1),
+                "1 materials, and its mesh 2"));
+    const std::array<std::int32_t, 2> materials{0, 7};
+    CHECK(fails(lm_add_object(session.get(), number, place.data(), materials.data(), 2), "material 7 of 1"));
+    place[3] = std::numeric_limits<double>::infinity();
+    CHECK(fails(lm_add_object(session.get(), number, place.data(), materials.data(), 2), "not finite"));
+    CHECK(fails(lm_add_object(session.get(), 3, place.data(), materials.data(), 2), "mesh 3 of 1"));
+    CHECK(lm_find_mesh(session.get(), 99) == -1);
+
+    LmLight light = lamp(0, 0, 3, std::numeric_limits<float>::quiet_NaN());
+    CHECK(fails(lm_add_light(session.get(), &light), "strength of light 'lamp' is not finite"));
+    light = lamp(0, 0, 3, 1.0f);
+    light.kind = 9;
+    CHECK(fails(lm_add_light(session.get(), &light), "'lamp' is of kind 9"));
+    // The library says what is wrong with a setting, when the mesh is made.
+    light = lamp(0, 0, 3, 1.0f, LM_MESH);
+    light.quality = 99.0f;
+    REQUIRE(lm_add_light(session.get(), &light) == 0);
+    CHECK(fails(lm_commit(session.get()), "quality"));
+
+    tell(session.get(), {});
+    view.width = 0;
+    CHECK(fails(lm_render(session.get(), &view), "0 x 4"));
+    view.width = 4;
+    view.samples = 0;
+    REQUIRE(lm_render(session.get(), &view) == 0);
+    int state = LM_RUNNING;
+    while (state == LM_RUNNING)
+        state = lm_poll(session.get(), 1.0, nullptr);
+    CHECK(fails(state, "samples"));
+    float few = 0.0f;
+    CHECK(fails(lm_read(session.get(), &few, 1), "a buffer of 1 values"));
+}
+
+TEST_CASE("blender core: a scene without surfaces is its background") {
+    const Session session(lm_new(0));
+    REQUIRE(lm_begin(session.get()) == 0);
+    const LmLight light = lamp(0, 0, 3, 1.0f, LM_REAL_LAMP);
+    REQUIRE(lm_add_light(session.get(), &light) == 0);
+    REQUIRE_MESSAGE(lm_commit(session.get()) == 0, lm_error());
+    LmView view = from_above(2, 2);
+    view.background[1] = 0.5f;
+    const std::vector<float> pixels = picture(session.get(), view);
+    CHECK(pixels[1] == 0.5f);
+    CHECK(pixels[3] == 1.0f);
+}
