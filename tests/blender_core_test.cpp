@@ -164,7 +164,7 @@ TEST_CASE("blender core: a rectangle lights a point as all of its pieces do") {
     CHECK(picture(session.get(), view)[0] == doctest::Approx(0.5 * sum).epsilon(1e-3));
 }
 
-TEST_CASE("blender core: each kind of shadow is dark below a plate; without shadow there is none") {
+TEST_CASE("blender core: each kind of shadow is dark below a plate, and without shadow there is none") {
     const auto plate = at(0, 0, 1, 0.1);
     for (const LmShadow shadow : {LM_REAL_LAMP, LM_MESH, LM_MESH_ATK, LM_HARD_RAYS, LM_NO_SHADOW}) {
         const Session session(lm_new(0));
