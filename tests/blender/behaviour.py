@@ -71,9 +71,11 @@ class Behaviour(unittest.TestCase):
         SCENE.objects['Sphere'].data.materials[0] = glow
         SCENE.camera.data.dof.use_dof = True
         add('Volume', bpy.data.volumes.new('Volume'))
+        brushed = add('Brushed', SCENE.objects['Sphere'].data.copy())
+        brushed.data.materials[0] = material('ShaderNodeBsdfGlossy', Roughness=.5)
         picture()
         said = set(engine._said)
-        for text in ('depth of field', 'it shines, but lights nothing', '"Volume" is left out'):
+        for text in ('depth of field', 'it shines, but lights nothing', '"Volume" is left out', 'it is rough'):
             self.assertTrue(any(text in line for line in said), (text, said))
         picture()
         self.assertEqual(engine._said, said)

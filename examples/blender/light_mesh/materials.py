@@ -66,6 +66,8 @@ class Materials:
             made.base = core.Float3(0, 0, 0)
         else:
             self._surface(made, node, material)
+            if made.roughness > .1 and not made.is_matt and (made.metallic > .5 or made.transmission > 0):
+                self._say(f'material "{material.name}": it is rough, so what it reflects of other things is left out')
         if output:
             for name in ('Volume', 'Displacement'):
                 if output.inputs[name].is_linked:
