@@ -21,7 +21,6 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -77,7 +76,6 @@ public:
 
     const demo::EmbreeScene& scene() const { return scene_; }
     std::vector<lightmesh::Light> lamps() const { return bench::sphere_lamps(film_.scene(), lamp_radius_); }
-    float lamp_radius() const { return lamp_radius_; }
 
     /// Goes to a frame, with the BVH.
     demo::SceneChange go_to(int frame) {
@@ -256,33 +254,16 @@ void time_flight(const std::string& name, const Make& make, int frames, int widt
 double open_share(bench::Occlusion& tracer, const SurfacePoint& point, const glm::vec3& lamp, float radius) {
     constexpr int rays = 1024;
     constexpr float golden_turn = 0.38196601f;
-    const glm::vec3 from = bench::surface_end(point.position, point.normal);
-    const glm::vec3 way = lamp - from;
-    const glm::vec3 axis = glm::normalize(way);
-    const glm::vec3 right =
-        glm::normalize(glm::cross(axis, std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0)));
-    const glm::vec3 up = glm::cross(right, axis);
-    const float share = (std::max)(0.3f, 1.0f - 1.15f * radius / glm::length(way));
-    int open = 0;
-    for (int first = 0; first < rays; first += 16) {
-        alignas(64) RTCRay16 packet;
-        alignas(64) std::array<int, 16> valid;
-        valid.fill(-1);
-        for (std::size_t i = 0; i < 16; ++i) {
-            const auto number = static_cast<float>(first) + static_cast<float>(i);
-            const glm::vec2 around = demo::circle_point(golden_turn * number) *
-                                     (radius * std::sqrt((number + 0.5f) / static_cast<float>(rays)));
-            bench::set_ray(packet, i, from, from + share * (way + around.x * right + around.y * up));
-        }
-        tracer.trace(valid.data(), packet);
-        for (const float end : packet.tfar)
-            open += end < 0.0f ? 0 : 1;
-    }
-    return static_cast<double>(open) / rays;
+    return bench::open_share(tracer, bench::surface_end(point.position, point.normal), lamp, radius, rays,
+                             [radius](int i) {
+                                 const auto number = static_cast<float>(i);
+                                 return demo::circle_point(golden_turn * number) *
+                                        (radius * std::sqrt((number + 0.5f) / static_cast<float>(rays)));
+                             });
 }
 
-/// How lamps flicker that move, beyond what rays from each point do, and whether those
-/// flicker that stay. The camera stays.
+/// How lamps flicker that move, beyond what rays from each point do, and whether those flicker that stay. The
+/// camera stays.
 void measure_flicker(const std::string& scene, float lamp_radius) {
     Stage stage(scene, lamp_radius, {.objects = false, .lights = true, .camera = false});
     Cache cache = stage.cache(256);
@@ -327,9 +308,8 @@ void measure_flicker(const std::string& scene, float lamp_radius) {
             ++moved;
             if (references[l].empty())
                 references[l] = references_of(l);
-            const std::vector<double> before = references[l];
             lamps[l] = next[l];
-            references[l] = references_of(l);
+            const std::vector<double> before = std::exchange(references[l], references_of(l));
             for (std::size_t i = 0; i < points.size(); ++i) {
                 if (before[i] < 0.02 || before[i] > 0.98)
                     continue;

@@ -4,10 +4,10 @@
 #include "render/lamps.hpp"
 #include "render/render_together.hpp"
 #include "render/run.hpp"
+#include "render/stopwatch.hpp"
 #include "render/text_table.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <span>
 #include <utility>
 #include <vector>
@@ -15,12 +15,6 @@
 namespace demo {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// What a rank has done.
 struct RankCount {
@@ -38,7 +32,7 @@ FilmMaker::FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& o
       embree_(film_.scene(), film_.moving().objects ? EmbreeScene::For::films : EmbreeScene::For::stills) {}
 
 Image FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     go_to(time);
     RenderStatistics spent;
     Image image = render(
@@ -49,12 +43,12 @@ Image FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) 
         },
         &watch.is_in_vain());
     spent_ += spent;
-    count_frame(seconds_since(start));
+    count_frame(stopwatch.seconds());
     return image;
 }
 
 FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& progress) {
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     go_to(time);
     RenderStatistics spent;
     std::uint64_t before = kept_rays(*shadows_);
@@ -71,7 +65,7 @@ FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& p
     spent_ += spent;
     most_rays_ = (std::max)(most_rays_, rays);
     made.is_cold = rank_0_says(10 * rays > most_rays_);
-    count_frame(seconds_since(start));
+    count_frame(stopwatch.seconds());
     ++made_together_;
     return made;
 }
@@ -152,14 +146,14 @@ bool FilmMaker::rank_0_says(bool is_so) {
 }
 
 void FilmMaker::go_to(double time) {
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     const SceneChange change = film_.go_to(time);
     embree_.update(change);
     if (shadows_)
         shadows_->update(embree_, change);
     else
         shadows_ = make_visibility(algorithm_, embree_, visibility_);
-    seconds_between_ += seconds_since(start);
+    seconds_between_ += stopwatch.seconds();
 }
 
 void FilmMaker::count_frame(double seconds) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "render/merge_ranks.hpp"
 
-#include <chrono>
+#include "render/stopwatch.hpp"
+
 #include <utility>
 
 namespace demo {
@@ -17,7 +18,7 @@ constexpr int tag_known = 16000;
 void RankMerge::run(Ranks& ranks, Visibility& visibility) {
     if (ranks.size() == 1)
         return;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     const auto merge = [&](const Bytes& known) {
         if (!known.empty())
             visibility.merge(known);
@@ -40,7 +41,7 @@ void RankMerge::run(Ranks& ranks, Visibility& visibility) {
     merged_rays_ = kept_rays(visibility);
     count_ += all.empty() ? 0 : 1;
     bytes_ += all.size();
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds_ += stopwatch.seconds();
 }
 
 }  // namespace demo

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "render/across.hpp"
 #include "render/illumination.hpp"
 #include "render/lamps.hpp"
 #include "render/visibility.hpp"
@@ -151,9 +152,7 @@ protected:
         const glm::vec3 axis = (middle.target - middle.origin) / distance;
         // A fixture does not hide its own lamp: see `lightmesh::VisibilityCache`.
         const float way = (std::max)(0.3f, 1.0f - 1.15f * size / distance);
-        const glm::vec3 other = std::abs(axis.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
-        const glm::vec3 right = glm::normalize(glm::cross(axis, other));
-        const glm::vec3 up = glm::cross(right, axis);
+        const auto [right, up] = across(axis);
         Random random(seed);
         for (int s = 0; s < samples_; ++s) {
             // Ring by ring; each ring has its share of the samples, and of the disc's area.

@@ -2,10 +2,10 @@
 #include "render/render_together.hpp"
 
 #include "render/share_out.hpp"
+#include "render/stopwatch.hpp"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <numeric>
@@ -86,7 +86,7 @@ void put_pixels(const Bytes& bytes, const TileGrid& grid, const std::vector<int>
 Image render_together(Ranks& ranks, const EmbreeScene& scene, const Visibility& visibility,
                       const RenderOptions& options, RenderStatistics& statistics, const Progress& progress,
                       const std::function<void()>& after_round) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     const TileGrid grid(options);
     const std::vector<int> order = ordered_tiles(grid);
     const auto pieces = static_cast<std::size_t>(ranks.size());
@@ -126,7 +126,7 @@ Image render_together(Ranks& ranks, const EmbreeScene& scene, const Visibility& 
         share_out(ranks, pieces, work, take);
         after_round();
     }
-    statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    statistics.seconds = stopwatch.seconds();
     return picture;
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "render/renderer.hpp"
 
+#include "render/across.hpp"
 #include "render/shading.hpp"
+#include "render/stopwatch.hpp"
 #include "render/view.hpp"
 #include "scene/random.hpp"
 #include "scene/surface.hpp"
@@ -13,7 +15,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -33,15 +34,6 @@ namespace {
 constexpr std::size_t most_visibilities = std::size_t{1} << 18;
 /// Rays that add less than this to a pixel are not traced.
 constexpr float least_weight = 1.0f / 512.0f;
-
-class Stopwatch {
-public:
-    double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-
-private:
-    using Clock = std::chrono::steady_clock;
-    Clock::time_point start_ = Clock::now();
-};
 
 /// A ray on its way, and the share of a pixel that it brings.
 struct PathRay {
@@ -206,9 +198,7 @@ private:
     /// By rays of equal weight, more of them towards the normal.
     float ambient_share(std::size_t i) {
         const glm::vec3& normal = hits_[i].shading_normal;
-        const glm::vec3 other = std::abs(normal.z) < 0.9f ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
-        const glm::vec3 right = glm::normalize(glm::cross(normal, other));
-        const glm::vec3 up = glm::cross(right, normal);
+        const auto [right, up] = across(normal);
         const glm::vec3 origin = positions_[i] + scene_.offset() * normals_[i];
         const float length = (std::min)(options_.ambient_distance, scene_.far_away());
         const auto count = static_cast<std::size_t>(options_.ambient_rays);

@@ -4,12 +4,12 @@
 #include "render/lamps.hpp"
 #include "render/merge_ranks.hpp"
 #include "render/render_together.hpp"
+#include "render/stopwatch.hpp"
 #include "render/terminal.hpp"
 #include "render/text_table.hpp"
 
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -61,9 +61,9 @@ Run run_by(const std::string& algorithm, const EmbreeScene& scene, const Visibil
     made.settings = visibility.settings;
     made.spacing = cache_settings_of(visibility).spacing;
     made.lamp_sizes = lamp_size_text(lamps_of(scene, visibility));
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     const std::unique_ptr<Visibility> shadows = make_visibility(algorithm, scene, visibility);
-    made.seconds_preparing = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    made.seconds_preparing = stopwatch.seconds();
     {
         ProgressBar bar(algorithm, progress_elsewhere);
         made.image = make_image(*shadows, made.statistics, bar);

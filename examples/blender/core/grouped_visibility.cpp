@@ -44,28 +44,26 @@ void GroupedVisibility::update(const EmbreeScene& scene, const SceneChange& chan
         made.visibility->update(scene, change);
 }
 
-std::optional<lightmesh::MeshStatistics> GroupedVisibility::mesh() const {
-    std::optional<lightmesh::MeshStatistics> all;
+template <class Statistics>
+std::optional<Statistics> GroupedVisibility::sum(std::optional<Statistics> (Visibility::*of)() const,
+                                                 std::size_t Statistics::*count) const {
+    std::optional<Statistics> all;
     for (const Made& made : groups_)
-        if (const auto one = made.visibility->mesh()) {
+        if (const auto one = (*made.visibility.*of)()) {
             if (!all)
                 all.emplace();
-            all->light_points += one->light_points;
+            (*all).*count += (*one).*count;
             all->bytes += one->bytes;
         }
     return all;
 }
 
+std::optional<lightmesh::MeshStatistics> GroupedVisibility::mesh() const {
+    return sum(&Visibility::mesh, &lightmesh::MeshStatistics::light_points);
+}
+
 std::optional<lightmesh::CacheStatistics> GroupedVisibility::cache() const {
-    std::optional<lightmesh::CacheStatistics> all;
-    for (const Made& made : groups_)
-        if (const auto one = made.visibility->cache()) {
-            if (!all)
-                all.emplace();
-            all->records += one->records;
-            all->bytes += one->bytes;
-        }
-    return all;
+    return sum(&Visibility::cache, &lightmesh::CacheStatistics::records);
 }
 
 }  // namespace demo

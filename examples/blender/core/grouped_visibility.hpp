@@ -42,6 +42,12 @@ private:
         LightGroup group;
         std::unique_ptr<Visibility> visibility;
     };
+
+    /// Of the groups that have such statistics: their `count`, and their bytes.
+    template <class Statistics>
+    std::optional<Statistics> sum(std::optional<Statistics> (Visibility::*of)() const,
+                                  std::size_t Statistics::*count) const;
+
     std::size_t light_count_;
     std::size_t kept_ = 0;
     std::vector<Made> groups_;

@@ -21,10 +21,6 @@ namespace demo {
 
 namespace {
 
-glm::vec3 vector(const float (&values)[3]) {
-    return {values[0], values[1], values[2]};
-}
-
 /// The weight of mirrored rays of a surface: those of rough ones are left out.
 float mirror_of(const LmMaterial& told, const glm::vec3& head_on) {
     const float sharp = glm::clamp((0.3f - told.roughness) / 0.2f, 0.0f, 1.0f);

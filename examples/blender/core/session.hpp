@@ -118,6 +118,10 @@ private:
     int height_ = 0;
 };
 
+inline glm::vec3 vector(const float (&values)[3]) {
+    return {values[0], values[1], values[2]};
+}
+
 /// A mesh with shared vertices. Throws std::invalid_argument and std::out_of_range that name the mesh.
 ToldMesh told_mesh(const LmMesh& mesh);
 

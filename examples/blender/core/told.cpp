@@ -20,10 +20,6 @@ std::string named(const char* name) {
     return name == nullptr ? std::string("a thing without a name") : "'" + std::string(name) + "'";
 }
 
-glm::vec3 vector(const float (&values)[3]) {
-    return {values[0], values[1], values[2]};
-}
-
 bool is_finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
