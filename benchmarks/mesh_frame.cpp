@@ -2,9 +2,10 @@
 
 #include "mesh_frame.hpp"
 
+#include "render/stopwatch.hpp"
+
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -16,9 +17,9 @@ namespace bench {
 using lightmesh::ShortTest;
 
 double seconds(const std::function<void()>& work) {
-    const auto start = std::chrono::steady_clock::now();
+    const demo::Stopwatch watch;
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return watch.seconds();
 }
 
 double least_seconds(int passes, const std::function<void()>& work) {

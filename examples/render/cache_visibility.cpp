@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/follow_scene.hpp"
 #include "render/lamps.hpp"
+#include "render/stopwatch.hpp"
 #include "render/visibility.hpp"
 
 #include <lightmesh/light_mesh.hpp>
@@ -8,7 +9,6 @@
 #include <lightmesh/visibility_cache.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -57,9 +57,9 @@ public:
     CacheVisibility(Cache cache, LightsOf lights) : cache_(std::move(cache)), lights_(std::move(lights)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         cache_.visibility(as_library_points(points), lit);
-        cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        cost.seconds += watch.seconds();
     }
 
     void update(const EmbreeScene& scene, const SceneChange& change) override {

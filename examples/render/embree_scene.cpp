@@ -2,6 +2,7 @@
 
 #include "render/embree_scene.hpp"
 
+#include "render/stopwatch.hpp"
 #include "scene/blockers.hpp"
 #include "scene/light_rig.hpp"
 #include "scene/surface.hpp"
@@ -10,7 +11,6 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <iterator>
 #include <stdexcept>
@@ -99,7 +99,7 @@ EmbreeScene::EmbreeScene(const Scene& scene, For use)
     measure();
     if (!device_)
         throw_embree_error(rtcGetDeviceError(nullptr), "opening the device");
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     handle_.reset(new_scene());
     check(device_.get(), "making the scene");
     for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
@@ -115,7 +115,7 @@ EmbreeScene::EmbreeScene(const Scene& scene, For use)
     rtcReleaseGeometry(blocking);
     rtcCommitScene(handle_.get());
     check(device_.get(), "building the BVH");
-    seconds_building_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds_building_ = watch.seconds();
 }
 
 void EmbreeScene::measure() {

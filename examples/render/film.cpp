@@ -13,10 +13,10 @@
 #include "render/runs.hpp"
 #include "render/saved_mesh.hpp"
 #include "render/share_out.hpp"
+#include "render/stopwatch.hpp"
 #include "render/terminal.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -33,8 +33,6 @@
 namespace demo {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr int most_frames = 1000000;
 
@@ -64,10 +62,6 @@ struct Output {
     std::filesystem::path frames;
     std::filesystem::path movie;  ///< empty: frames only
 };
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::string exactly(double value) {
     char text[40];
@@ -206,7 +200,7 @@ public:
         {
             const std::scoped_lock lock(guard_);
             if (++done_ == 1)
-                first_done_ = Clock::now();
+                seconds_of_first_ = watch_.seconds();
         }
         show(0.0);
     }
@@ -215,8 +209,8 @@ private:
     /// The first frame is the dearest: others are taken for a measure as soon as there are some.
     double seconds_of_frame() const {
         if (done_ == 1)
-            return std::chrono::duration<double>(first_done_ - start_).count();
-        return seconds_since(first_done_) / static_cast<double>(done_ - 1);
+            return seconds_of_first_;
+        return (watch_.seconds() - seconds_of_first_) / static_cast<double>(done_ - 1);
     }
 
     ProgressBar bar_;
@@ -224,8 +218,8 @@ private:
     std::size_t frames_;
     std::size_t done_ = 0;
     std::mutex guard_;
-    Clock::time_point start_ = Clock::now();
-    Clock::time_point first_done_{};
+    Stopwatch watch_;
+    double seconds_of_first_ = 0.0;
 };
 
 /// Makes the frames of a film that are not there yet, with all ranks.

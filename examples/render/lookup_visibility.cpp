@@ -2,6 +2,7 @@
 #include "render/depth_renderers.hpp"
 #include "render/illumination.hpp"
 #include "render/scene_occluders.hpp"
+#include "render/stopwatch.hpp"
 #include "render/visibility.hpp"
 
 #include <lightmesh/shadows/shadow_map.hpp>
@@ -9,7 +10,6 @@
 
 #include <glm/geometric.hpp>
 
-#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -40,7 +40,7 @@ public:
     }
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const std::vector<SceneLight>& lights = scene_.scene().lights;
         const float offset = offsets_ * scene_.offset();
         for (std::size_t i = 0; i < points.positions.size(); ++i) {
@@ -52,7 +52,7 @@ public:
                 lit[i * lights.size() + l] = faces && lookups_[l]->visible(point) ? 1.0f : 0.0f;
             }
         }
-        cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        cost.seconds += watch.seconds();
     }
 
     void update(const EmbreeScene& scene, const SceneChange& change) override {

@@ -4,11 +4,11 @@
 #include "render/depth_renderers.hpp"
 #include "render/follow_scene.hpp"
 #include "render/scene_occluders.hpp"
+#include "render/stopwatch.hpp"
 #include "render/visibility.hpp"
 
 #include <lightmesh/lightmesh.hpp>
 
-#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -45,12 +45,12 @@ public:
     MeshVisibility(Mesh mesh, MeshSource<Mesh> source) : mesh_(std::move(mesh)), source_(std::move(source)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         lightmesh::QueryStatistics spent;
         mesh_.visibility(as_library_points(points), lit, &spent);
         cost.short_rays += spent.short_rays;
         cost.shadow_rays += spent.shadow_rays;
-        cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        cost.seconds += watch.seconds();
     }
 
     void update(const EmbreeScene& scene, const SceneChange& change) override {

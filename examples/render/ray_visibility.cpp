@@ -2,6 +2,7 @@
 #include "render/across.hpp"
 #include "render/illumination.hpp"
 #include "render/lamps.hpp"
+#include "render/stopwatch.hpp"
 #include "render/visibility.hpp"
 #include "scene/random.hpp"
 
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <span>
 #include <stdexcept>
@@ -64,7 +64,7 @@ public:
         : scene_(scene), tracer_(scene.intersector()), numbers_(numbers_of_lights(scene.scene(), options)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const std::vector<SceneLight>& lights = scene_.scene().lights;
         std::ranges::fill(lit, 0.0f);
         Batch batch(tracer_);
@@ -82,7 +82,7 @@ public:
         }
         batch.flush();
         cost.shadow_rays += batch.rays();
-        cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        cost.seconds += watch.seconds();
     }
 
 protected:

@@ -1,35 +1,32 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/support/room_for.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <new>
-#include <type_traits>
 
 namespace lightmesh::detail {
 
 /// Up to 64 values on the stack, of which those that nobody asks for cost nothing.
 template <class T, std::size_t count>
 class LazyArray {
-    static_assert(count <= 64 && std::is_trivially_destructible_v<T>);
+    static_assert(count <= 64);
 
 public:
-    LazyArray() = default;
-    LazyArray(const LazyArray&) = delete;
-    LazyArray& operator=(const LazyArray&) = delete;
-
     T& operator[](std::size_t i) {
-        T* const value = reinterpret_cast<T*>(memory_) + i;
         if ((made_ >> i & 1u) == 0) {
-            ::new (static_cast<void*>(value)) T;
+            // Without a value: most of what there is room for is overwritten before it is read.
+            ::new (static_cast<void*>(room_.data() + i)) T;
             made_ |= std::uint64_t{1} << i;
         }
-        return *value;
+        return room_[i];
     }
 
 private:
     std::uint64_t made_ = 0;
-    alignas(T) std::byte memory_[count * sizeof(T)];
+    RoomFor<T, count> room_;
 };
 
 }  // namespace lightmesh::detail
