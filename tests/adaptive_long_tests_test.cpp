@@ -21,6 +21,8 @@
 
 // Long tests by samples: of each brick 16 light points for each light, and the others where these disagree.
 
+namespace adaptive_long_tests_test {
+
 namespace {
 
 using lightmesh::LightMesh;
@@ -254,3 +256,5 @@ TEST_CASE("where lights differ, adaptive meshes take what is left, and stay righ
         CHECK(ask(merged, p) == ask(fresh, p));
     CHECK(merged.statistics().long_rays < fresh.statistics().long_rays);
 }
+
+}  // namespace adaptive_long_tests_test

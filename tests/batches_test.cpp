@@ -15,6 +15,8 @@
 
 // How many segments an adapter gets at once.
 
+namespace batches_test {
+
 namespace {
 
 struct Seen {
@@ -103,3 +105,5 @@ TEST_CASE("calls hold up to 64 segments, or as many as the adapter declares, wit
         }
     }
 }
+
+}  // namespace batches_test

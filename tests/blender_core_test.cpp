@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+namespace blender_core_test {
+
 namespace {
 
 struct Free {
@@ -435,3 +437,5 @@ TEST_CASE("blender core: a scene without surfaces is its background") {
     CHECK(pixels[1] == 0.5f);
     CHECK(pixels[3] == 1.0f);
 }
+
+}  // namespace blender_core_test

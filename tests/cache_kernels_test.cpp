@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <span>
 
+namespace cache_kernels_test {
+
 namespace {
 
 using namespace lightmesh::detail;
@@ -176,3 +178,5 @@ TEST_CASE("kernels of the cache find the same lights in reach as exact sums do")
         }
     }
 }
+
+}  // namespace cache_kernels_test

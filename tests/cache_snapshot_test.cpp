@@ -24,6 +24,8 @@
 #include <utility>
 #include <vector>
 
+namespace cache_snapshot_test {
+
 namespace {
 
 using lightmesh::CacheSettings;
@@ -338,3 +340,5 @@ TEST_CASE("cache: filling reports progress and can be ended") {
     CHECK_FALSE(ended.fill(work.part(0, 600), [](std::size_t, std::size_t) { return false; }));
     CHECK(rays_of(ended) < rays);
 }
+
+}  // namespace cache_snapshot_test

@@ -26,6 +26,8 @@
 
 // Tracers that are right, and those that are wrong in one way each, over the same triangles.
 
+namespace check_tracer_test {
+
 namespace {
 
 using lightmesh::Hit;
@@ -414,3 +416,5 @@ TEST_CASE("check_tracer says when there is nothing to test, and refuses Bounds t
                     std::invalid_argument);
     CHECK_THROWS_WITH(faults_in_hall<Thrower>(), "no device");
 }
+
+}  // namespace check_tracer_test

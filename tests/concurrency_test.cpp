@@ -19,6 +19,8 @@
 // Many threads on a cold mesh, each in an order of its own: the same bits as one thread. Meant for
 // ThreadSanitizer.
 
+namespace concurrency_test {
+
 namespace {
 
 using lightmesh::ShortTest;
@@ -212,3 +214,5 @@ TEST_CASE("statistics may be read while others query") {
     on_many_threads([&](int thread) { return values_in_order(mesh, work, order_of(work, thread), false); });
     done = true;
 }
+
+}  // namespace concurrency_test

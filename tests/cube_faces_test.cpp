@@ -9,6 +9,8 @@
 
 #include <cstddef>
 
+namespace cube_faces_test {
+
 using namespace lightmesh::detail;
 
 TEST_CASE("a direction passes through the face whose axis is nearest to it") {
@@ -30,3 +32,5 @@ TEST_CASE("each face's axis passes through it, and an edge belongs to the first 
     CHECK(cube_face_of(glm::vec3(1.0f, 1.0f, -1.0f)) == 0);
     CHECK(cube_face_of(glm::vec3(0.5f, -1.0f, 1.0f)) == 3);
 }
+
+}  // namespace cube_faces_test

@@ -14,6 +14,8 @@
 #include <memory>
 #include <vector>
 
+namespace depth_renderer_test {
+
 namespace {
 
 using lightmesh::DepthView;
@@ -185,3 +187,5 @@ TEST_SUITE("depth view") {
         }
     }
 }
+
+}  // namespace depth_renderer_test

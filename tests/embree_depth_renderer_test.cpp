@@ -13,6 +13,8 @@
 #include <cstddef>
 #include <vector>
 
+namespace embree_depth_renderer_test {
+
 // A mesh renders shadow maps under a lock. Without isolation, a thread that waits for a picture could take
 // over a query that waits for the same lock.
 TEST_CASE("a thread that renders by Embree takes over no other task meanwhile") {
@@ -36,3 +38,5 @@ TEST_CASE("a thread that renders by Embree takes over no other task meanwhile") 
     });
     CHECK(taken_over == 0);
 }
+
+}  // namespace embree_depth_renderer_test

@@ -15,6 +15,8 @@
 
 // Bad input is named, bad queries have a documented result.
 
+namespace errors_test {
+
 namespace {
 
 using lightmesh::Light;
@@ -316,3 +318,5 @@ TEST_CASE("an exception of the tracer leaves the query, and the mesh stays right
         CHECK(values == expected);
     }
 }
+
+}  // namespace errors_test

@@ -26,6 +26,8 @@
 #include <string>
 #include <variant>
 
+namespace field_test {
+
 namespace {
 
 const std::filesystem::path field = LIGHTMESH_FIELD;
@@ -681,3 +683,5 @@ TEST_CASE("field: glTF: textures of all wraps, drawn in linear light") {
     CHECK(value_at("0.5", "10497", 0.1875f) == doctest::Approx(0.0f));              // moved by one texel
     CHECK(value_at("0", "10497", 0.125f) == doctest::Approx(0.5f * half).epsilon(0.02));  // between: linear
 }
+
+}  // namespace field_test

@@ -14,6 +14,8 @@
 #include <filesystem>
 #include <string>
 
+namespace film_program_test {
+
 namespace {
 
 using test::Finished;
@@ -209,3 +211,5 @@ TEST_CASE("lightmesh-render film: bad input gets one line, and leaves nothing be
     check_refused("spheres --format exr -o film.mp4", "made of PNG files");
     check_refused("spheres --format bmp", "bmp");
 }
+
+}  // namespace film_program_test

@@ -29,6 +29,8 @@
 #include <variant>
 #include <vector>
 
+namespace film_test {
+
 namespace {
 
 using demo::SceneChange;
@@ -517,3 +519,5 @@ TEST_CASE("glTF films: a file without an animation, or that has gone, is named")
     CHECK_THROWS_AS(film.go_to(1.0), std::runtime_error);
     CHECK(film.scene().positions == positions);
 }
+
+}  // namespace film_test

@@ -21,6 +21,8 @@
 #include <stdexcept>
 #include <string>
 
+namespace gltf_test {
+
 namespace {
 
 using test::GltfFile;
@@ -264,3 +266,5 @@ TEST_CASE("glTF: what a file makes of nothing has bounds") {
                          doctest::Contains("would take more than 64 MB of memory to read"),
                          std::runtime_error);
 }
+
+}  // namespace gltf_test

@@ -11,6 +11,8 @@
 
 // The errors of Grid are in errors_test.cpp.
 
+namespace grid_test {
+
 namespace {
 
 lightmesh::Grid grid_of(float radius, float quality, const glm::vec3& origin = lightmesh::Settings{}.origin) {
@@ -67,3 +69,5 @@ TEST_CASE("the grid ends where a float cannot tell light points apart") {
     CHECK_THROWS_AS(grid.locate({0, -end, 0}), std::out_of_range);
     CHECK_THROWS_AS(grid.locate({0, 0, 2.0f * end}), std::out_of_range);
 }
+
+}  // namespace grid_test

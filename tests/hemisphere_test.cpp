@@ -16,6 +16,8 @@
 #include <tuple>
 #include <vector>
 
+namespace hemisphere_test {
+
 namespace {
 
 using lightmesh::Grid;
@@ -132,3 +134,5 @@ TEST_CASE("a zero normal has an empty hemisphere") {
     CHECK(points_of(grid_of(1.0f, 16.0f), {1, 2, 3}, {0, 0, 0}).empty());
     CHECK(points_of(grid_of(1.0f, 1.0f), {1, 2, 3}, {0, 0, 0}).empty());
 }
+
+}  // namespace hemisphere_test

@@ -22,6 +22,8 @@
 #include <string>
 #include <vector>
 
+namespace image_test {
+
 namespace {
 
 demo::Image gradient(int width, int height) {
@@ -257,3 +259,5 @@ TEST_CASE("text is cut off at the edges, and what the font lacks is left out") {
     demo::draw_text(image, 0, 0, 1, std::string(500, '@'), glm::vec3{1.0f});
     CHECK(image.pixels.size() == 100);
 }
+
+}  // namespace image_test

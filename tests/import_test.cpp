@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <variant>
 
+namespace import_test {
+
 namespace {
 
 const std::string square = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n";
@@ -391,3 +393,5 @@ TEST_CASE("a file that is cut off is an error") {
     const std::string whole = glb_with_lights();
     CHECK(problem_of("a.glb", whole.substr(0, whole.size() / 2)).find("no error") == std::string::npos);
 }
+
+}  // namespace import_test

@@ -19,6 +19,8 @@
 
 // Every kernel that this processor can run against the plainest loops.
 
+namespace kernels_test {
+
 namespace {
 
 using lightmesh::detail::Kernels;
@@ -225,3 +227,5 @@ TEST_CASE("kernels find the lights that a point faces, also where rounding decid
         }
     }
 }
+
+}  // namespace kernels_test

@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+namespace lamps_test {
+
 namespace {
 
 /// A triangle with one light of each kind; the spot has a size of its own.
@@ -57,3 +59,5 @@ TEST_CASE("lamps: a size that is asked for is that of all but rectangles") {
     CHECK(demo::lamp_size_text(lamps) == "0.5, 0.09967 rad");
     CHECK(demo::lamp_size_text({}) == "-");
 }
+
+}  // namespace lamps_test

@@ -24,6 +24,8 @@
 
 // Levels of a light mesh by footprints: each equals a mesh of its radius, and between two they are blended.
 
+namespace levels_test {
+
 namespace {
 
 using lightmesh::ShortTest;
@@ -661,3 +663,5 @@ TEST_CASE("levels: a snapshot whose levels are not in their places is refused") 
     }
     CHECK_FALSE(error_with([](auto& r) { r[0].first = r[1].first; }).empty());
 }
+
+}  // namespace levels_test

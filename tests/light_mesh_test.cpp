@@ -14,6 +14,8 @@
 
 // The library against equations (2) and (3) written plainly (plain.hpp), on random scenes.
 
+namespace light_mesh_test {
+
 namespace {
 
 using lightmesh::ShortTest;
@@ -167,3 +169,5 @@ TEST_CASE("a mesh without lights answers for all of its lights") {
     std::vector<float> all;
     CHECK_NOTHROW(mesh.visibility({1, 2, 3}, {0, 0, 1}, std::span<float>{all}));
 }
+
+}  // namespace light_mesh_test

@@ -18,6 +18,8 @@
 
 // What a light reaches, and that nothing is spent on what it does not reach.
 
+namespace lights_test {
+
 namespace {
 
 using lightmesh::Light;
@@ -220,3 +222,5 @@ TEST_CASE("lights are kept as given, but those with a range stand last, neighbou
             CHECK((light % 2 == 1) == (place >= 2 + 19));
     }
 }
+
+}  // namespace lights_test

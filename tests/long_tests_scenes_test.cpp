@@ -22,6 +22,8 @@
 // How near light meshes by shadow maps and by shadow volumes come to the one by rays, in the built-in scenes,
 // at the points that their cameras see. These tests need a Vulkan driver.
 
+namespace long_tests_scenes_test {
+
 namespace {
 
 struct Sample {
@@ -205,3 +207,5 @@ TEST_SUITE("long tests in the built-in scenes") {
         }
     }
 }
+
+}  // namespace long_tests_scenes_test

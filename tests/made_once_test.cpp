@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+namespace made_once_test {
+
 using lightmesh::detail::MadeOnce;
 
 TEST_CASE("what is made once is whole for all who see it") {
@@ -40,3 +42,5 @@ TEST_CASE("what is made once is whole for all who see it") {
     CHECK(sums == std::vector<int>(4, 1000));
     CHECK(made == 1);
 }
+
+}  // namespace made_once_test

@@ -18,6 +18,8 @@
 
 // Light meshes whose long tests are look-ups in shadow maps.
 
+namespace map_mesh_test {
+
 namespace {
 
 using lightmesh::ShortTest;
@@ -226,3 +228,5 @@ TEST_SUITE("light mesh by shadow maps") {
         }
     }
 }
+
+}  // namespace map_mesh_test

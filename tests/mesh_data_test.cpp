@@ -15,6 +15,8 @@
 #include <tuple>
 #include <vector>
 
+namespace mesh_data_test {
+
 // The inside of a mesh: pools, bricks, tiles, links, floods.
 
 using lightmesh::detail::Brick;
@@ -183,3 +185,5 @@ TEST_CASE("a flood gives back what was reached, in every slot") {
     }
     CHECK(lightmesh::detail::find_flood(data.view(), data.find_or_make_brick({0, 0, 0}), 5) == 0);
 }
+
+}  // namespace mesh_data_test

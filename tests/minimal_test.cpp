@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <string>
 
+namespace minimal_test {
+
 TEST_CASE("the minimal example draws a floor with soft shadows") {
     const test::TemporaryFolder folder;
     const test::Finished ran = test::run(folder, "cd " + (folder / "").string() + " && " LIGHTMESH_MINIMAL);
@@ -38,3 +40,5 @@ TEST_CASE("the minimal example draws a floor with soft shadows") {
     CHECK(darkest < 165);
     CHECK(greatest_jump * greatest_jump < 10 * 10);
 }
+
+}  // namespace minimal_test

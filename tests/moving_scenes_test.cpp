@@ -22,6 +22,8 @@
 #include <utility>
 #include <vector>
 
+namespace moving_scenes_test {
+
 namespace {
 
 using lightmesh::Bounds;
@@ -552,3 +554,5 @@ TEST_CASE("moving scenes: a snapshot of more lights, merged with changed boxes")
     for (const lightmesh::SurfacePoint& point : more.points)
         CHECK(ask(fewer, point) == ask(fresh, point));
 }
+
+}  // namespace moving_scenes_test

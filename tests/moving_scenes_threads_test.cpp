@@ -11,6 +11,8 @@
 #include <thread>
 #include <vector>
 
+namespace moving_scenes_threads_test {
+
 TEST_CASE("moving scenes: updates between phases of many threads") {
     test::StillWorld world(12, 40);
     auto mesh = world.mesh();
@@ -48,3 +50,5 @@ TEST_CASE("moving scenes: updates between phases of many threads") {
         CHECK(test::ask(cache, point) == test::ask(new_cache, point));
     }
 }
+
+}  // namespace moving_scenes_threads_test

@@ -8,6 +8,8 @@
 
 #include <string>
 
+namespace one_feature_each_test {
+
 namespace {
 
 /// The program ends well, and one of its lines has `part` in it.
@@ -38,3 +40,5 @@ TEST_CASE("the examples of one feature each do what they say") {
     check_prints("tuning", "paste: lightmesh::CacheSettings{.spacing = 0.");
     check_prints("visibility_cache", "softer with distance: yes");
 }
+
+}  // namespace one_feature_each_test

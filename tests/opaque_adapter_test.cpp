@@ -13,6 +13,8 @@
 #include <span>
 #include <vector>
 
+namespace opaque_adapter_test {
+
 namespace {
 
 /// No default, no assignment, no comparison, no address, no comma, no allocation, no conversion, no heirs.
@@ -101,3 +103,5 @@ TEST_CASE("adapters with the required members only, and nothing else that types 
         CHECK(on_the_ground(lightmesh::LightMesh{Tracer(1), Triangles(1), lights, chosen}) == 0.0f);
     }
 }
+
+}  // namespace opaque_adapter_test

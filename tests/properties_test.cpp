@@ -13,6 +13,8 @@
 
 // What must hold for every light mesh, whatever its numbers.
 
+namespace properties_test {
+
 namespace {
 
 using lightmesh::Light;
@@ -427,3 +429,5 @@ TEST_CASE("an opaque adapter with one member and an adapter with batches give th
         CHECK(values_of(batch, points) == expected);
     }
 }
+
+}  // namespace properties_test

@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+namespace ranks_test {
+
 namespace {
 
 using test::Finished;
@@ -183,3 +185,5 @@ TEST_CASE("lightmesh-render by ranks: one that is stopped or killed stops all, a
                 .status == 0);
     CHECK(demo::read_file(frame(folder, "last", 1)) == demo::read_file(folder / "film/frame-0040.png"));
 }
+
+}  // namespace ranks_test

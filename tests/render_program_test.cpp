@@ -16,6 +16,8 @@
 #include <filesystem>
 #include <string>
 
+namespace render_program_test {
+
 namespace {
 
 using test::Finished;
@@ -278,3 +280,5 @@ TEST_CASE("lightmesh-render: a device that is not there is named, and so are tho
     CHECK(
         ran.errors.starts_with("lightmesh-render: Vulkan: no device \"no_such_device\"; there are:\n  0: "));
 }
+
+}  // namespace render_program_test

@@ -26,6 +26,8 @@
 #include <stdexcept>
 #include <string>
 
+namespace render_test {
+
 namespace {
 
 using demo::Image;
@@ -240,3 +242,5 @@ TEST_CASE("shading is ambient light, Lambert and Blinn-Phong, times visibility")
     hit.shading_normal = -hit.shading_normal;
     CHECK(demo::shade(scene, hit, -down, std::span(&lit, 1)) == 0.1f * scene.materials[0].diffuse);
 }
+
+}  // namespace render_test

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <variant>
 
+namespace scene_test {
+
 namespace {
 
 /// FNV-1a over the bits of all that a picture depends on.
@@ -233,3 +235,5 @@ TEST_CASE("a name that is neither a scene nor a file is named in the error") {
     CHECK_THROWS_WITH_AS(demo::load_scene("garden"),
                          "garden: no such file, and no built-in scene of that name", std::runtime_error);
 }
+
+}  // namespace scene_test

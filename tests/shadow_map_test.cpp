@@ -16,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+namespace shadow_map_test {
+
 namespace {
 
 using lightmesh::ShadowMapLookup;
@@ -461,3 +463,5 @@ TEST_SUITE("shadow map") {
             CHECK(answer == answers[0]);
     }
 }
+
+}  // namespace shadow_map_test

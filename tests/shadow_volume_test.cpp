@@ -15,6 +15,8 @@
 #include <thread>
 #include <vector>
 
+namespace shadow_volume_test {
+
 namespace {
 
 using Corners = std::array<glm::vec3, 3>;
@@ -228,3 +230,5 @@ TEST_SUITE("shadow volumes") {
         CHECK_THROWS_AS(volumes.visible(points, std::span(lit[0]).first(3)), std::invalid_argument);
     }
 }
+
+}  // namespace shadow_volume_test

@@ -21,6 +21,8 @@
 #include <thread>
 #include <vector>
 
+namespace snapshot_test {
+
 namespace {
 
 using lightmesh::ShortTest;
@@ -349,3 +351,5 @@ TEST_CASE("fill finds what queries need, says how far it is, and can be cancelle
         CHECK(cancelled.statistics().long_rays < rays);
     }
 }
+
+}  // namespace snapshot_test

@@ -15,6 +15,8 @@
 
 // What the library says it has spent is what its adapter was asked for.
 
+namespace statistics_test {
+
 namespace {
 
 using lightmesh::QueryStatistics;
@@ -182,3 +184,5 @@ TEST_CASE("a point without neighbours costs one shadow ray for each light that r
     CHECK(bare.shadow_rays == 4);
     CHECK(count.rays - before == 4);
 }
+
+}  // namespace statistics_test

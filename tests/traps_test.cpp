@@ -20,6 +20,8 @@
 
 // Inputs that once came out wrong: cracks, lamps far away, cones and ranges at the ends of what floats hold.
 
+namespace traps_test {
+
 namespace {
 
 using lightmesh::Light;
@@ -201,3 +203,5 @@ TEST_CASE("shadow rays are those of a mesh without neighbours") {
     }
     CHECK_THROWS_AS(lightmesh::ShadowRays(lights, 0.0f), std::invalid_argument);
 }
+
+}  // namespace traps_test

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+namespace tune_program_test {
+
 namespace {
 
 using Json = nlohmann::json;
@@ -281,3 +283,5 @@ TEST_CASE("lightmesh-tune: it does not resume from damaged reports, or from othe
         CHECK(demo::read_file(file) == damaged.content);
     }
 }
+
+}  // namespace tune_program_test

@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+namespace tune_test {
+
 using lightmesh::ShortTest;
 namespace tune = lightmesh::tune;
 
@@ -698,3 +700,5 @@ TEST_CASE("tune: the suggested radius is that of the penumbra") {
                                   tune::Samples{samples.points.first(1), samples.normals.first(1)}};
     CHECK_THROWS_AS(tune::suggest_radii(one_point), std::invalid_argument);
 }
+
+}  // namespace tune_test

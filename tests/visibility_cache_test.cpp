@@ -24,6 +24,8 @@
 #include <variant>
 #include <vector>
 
+namespace visibility_cache_test {
+
 namespace {
 
 using lightmesh::CacheSettings;
@@ -737,3 +739,5 @@ TEST_CASE("visibility cache: blur rows are the light mesh, continuous") {
     CHECK(difference / 300.0 < 0.02);
     CHECK(blur.mesh().statistics().light_points > 0);
 }
+
+}  // namespace visibility_cache_test

@@ -19,6 +19,8 @@
 // Light meshes whose long tests are shadow volumes: equal to those whose long tests are rays, but for the
 // band of plain.hpp, within which a ray grazes an edge, or ends on a triangle, as far as floats can tell.
 
+namespace volume_mesh_test {
+
 namespace {
 
 using lightmesh::ShortTest;
@@ -223,3 +225,5 @@ TEST_SUITE("light mesh by shadow volumes") {
                              std::invalid_argument);
     }
 }
+
+}  // namespace volume_mesh_test

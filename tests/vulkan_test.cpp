@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+namespace vulkan_test {
+
 /// These tests need a Vulkan driver (Mesa's lavapipe will do) and fail without one.
 
 namespace {
@@ -267,3 +269,5 @@ TEST_SUITE("Vulkan depth renderer") {
         CHECK_THROWS_AS(demo::VulkanDepthRenderer(wall.positions, wall.indices), std::invalid_argument);
     }
 }
+
+}  // namespace vulkan_test
