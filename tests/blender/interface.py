@@ -66,7 +66,11 @@ def drawn(area):
 def viewport_steps():
     """Edits while a view is being rendered, as fast as they come; none may end Blender, and each must be seen."""
     import addon_utils
+    from light_mesh import export
     area = area_of('VIEW_3D')
+    reads = []
+    read_arrays = export.mesh_arrays
+    export.mesh_arrays = lambda *mesh: reads.append(mesh[0].name) or read_arrays(*mesh)
     space = area.spaces[0]
     space.overlay.show_overlays = space.show_gizmo = False
     space.shading.type = 'RENDERED'
@@ -84,6 +88,25 @@ def viewport_steps():
     yield from seen_to_change('a view that turned')
     bpy.data.objects['Light'].data.energy = 300
     yield from seen_to_change('a lamp with less power')
+    assert reads == ['Cube'], f'meshes that nobody edited are read again: {reads}'
+    cube.data.vertices[0].co.z -= 1
+    cube.data.update()
+    yield from seen_to_change('a corner of the mesh that moved')
+    assert reads == 2 * ['Cube'], reads
+    array = cube.modifiers.new('Array', 'ARRAY')
+    yield from seen_to_change('a modifier')
+    array.count = 3
+    yield from seen_to_change('a modifier that was set')
+    cube.modifiers.remove(array)
+    yield from seen_to_change('a modifier that is gone')
+    cube.shape_key_add(name='Basis')
+    cube.shape_key_add(name='Tall').data[1].co.z += 2
+    cube.data.shape_keys.key_blocks['Tall'].value = 1
+    yield from seen_to_change('a shape key')
+    cube.data.polygons[0].use_smooth = True
+    cube.data.update()
+    yield from seen_to_change('a smooth polygon')
+    export.mesh_arrays = read_arrays
     for i in range(20):
         cube.location.x = .05 * i
         yield .02

@@ -139,10 +139,15 @@ class Session:
     def add_material(self, material):
         return _checked(_library.lm_add_material(self._session, c.byref(material)))
 
-    def add_mesh(self, name, positions, corners, slots, normals, uvs):
-        key = hash_of(positions, corners, slots, normals, uvs)
+    def find_mesh(self, key):
+        """The number of a mesh of the last frame; None if there is none with this hash."""
         known = _library.lm_find_mesh(self._session, key)
-        if known >= 0:
+        return known if known >= 0 else None
+
+    def add_mesh(self, key, name, positions, corners, slots, normals, uvs):
+        """`key`: the hash of the arrays. One that is known is not told again."""
+        known = self.find_mesh(key)
+        if known is not None:
             return known
         mesh = Mesh(name.encode(), _address(positions, np.float32, 3), _address(corners, np.int32, 3),
                     _address(slots, np.int32), _address(normals, np.float32, 9), _address(uvs, np.float32, 6),

@@ -3,10 +3,11 @@
 
 import ctypes
 
+import bpy
 import numpy as np
 
 from . import lights
-from .core import CoreError
+from .core import CoreError, hash_of
 from .materials import Materials
 
 SURFACES = {'MESH', 'CURVE', 'SURFACE', 'FONT', 'META'}
@@ -88,10 +89,43 @@ def mesh_arrays(mesh, slot_count, with_uvs):
             _corner_uvs(mesh, corners) if with_uvs else None)
 
 
+class Untouched:
+    """Which meshes are as the export before read them: for a 3-D view, whose depsgraph names all edits in between."""
+
+    def __init__(self):
+        self._hashes = {}
+        self._seen = {}
+
+    def begin(self, depsgraph):
+        """Before an export: forgets what was edited, and what the last export did not ask for."""
+        edited = {update.id.original.as_pointer() for update in depsgraph.updates
+                  if update.is_updated_geometry or not isinstance(update.id, bpy.types.Object)}
+        self._hashes = {key: value for key, value in self._seen.items() if edited.isdisjoint(key[:2])}
+        self._seen = {}
+
+    @staticmethod
+    def key(instance, *more):
+        """None where the mesh is not an object's own: what modifiers instance has no edits of its own."""
+        thing = instance.object
+        if instance.is_instance or thing.type != 'MESH':
+            return None
+        mesh = thing.data
+        return (thing.original.as_pointer(), thing.original.data.as_pointer(), mesh.as_pointer(), len(mesh.vertices),
+                len(mesh.polygons)) + more
+
+    def find(self, key):
+        return self._hashes.get(key)
+
+    def keep(self, key, mesh_hash):
+        if key is not None:
+            self._seen[key] = mesh_hash
+
+
 class _Exporter:
-    def __init__(self, session, say):
+    def __init__(self, session, say, untouched):
         self._session = session
         self._say = say
+        self._untouched = untouched
         self._materials = Materials(session, say)
         self._meshes = {}
         self.lights = []
@@ -123,33 +157,48 @@ class _Exporter:
         key = (thing.data.as_pointer() if thing.type == 'MESH' else
                (instance.instance_object or thing).original.as_pointer()), len(numbers), with_uvs
         if key not in self._meshes:
-            self._meshes[key] = self._mesh(thing, len(numbers), with_uvs)
+            self._meshes[key] = self._mesh(instance, thing, len(numbers), with_uvs)
         if self._meshes[key] is not None:
             self._session.add_object(self._meshes[key], instance.matrix_world, numbers)
 
-    def _mesh(self, thing, slot_count, with_uvs):
+    def _mesh(self, instance, thing, slot_count, with_uvs):
         """Its number; None if there are no surfaces."""
+        place = self._untouched and self._untouched.key(instance, slot_count, with_uvs)
+        mesh_hash = self._untouched and self._untouched.find(place)
+        number = self._session.find_mesh(mesh_hash) if mesh_hash is not None else None
+        if number is None:
+            arrays = self._arrays(thing, slot_count, with_uvs)
+            if arrays is None:
+                return None
+            mesh_hash = hash_of(*arrays)
+            number = self._session.add_mesh(mesh_hash, thing.name, *arrays)
+        if self._untouched:
+            self._untouched.keep(place, mesh_hash)
+        return number
+
+    @staticmethod
+    def _arrays(thing, slot_count, with_uvs):
+        """As `mesh_arrays`; None if there are no surfaces."""
         if thing.type == 'MESH' and not getattr(thing.data, 'use_auto_smooth', False):
-            return self._told(thing.name, thing.data, slot_count, with_uvs)  # evaluated already: no copy
+            mesh = thing.data  # evaluated already: no copy
+            return mesh_arrays(mesh, slot_count, with_uvs) if len(mesh.polygons) != 0 else None
         try:
             mesh = thing.to_mesh()
         except RuntimeError:
             mesh = None
         try:
-            return self._told(thing.name, mesh, slot_count, with_uvs) if mesh is not None else None
+            return mesh_arrays(mesh, slot_count, with_uvs) if mesh is not None and len(mesh.polygons) != 0 else None
         finally:
             thing.to_mesh_clear()
 
-    def _told(self, name, mesh, slot_count, with_uvs):
-        if len(mesh.polygons) == 0:
-            return None
-        return self._session.add_mesh(name, *mesh_arrays(mesh, slot_count, with_uvs))
 
-
-def export(session, depsgraph, say, is_cancelled=lambda: False):
-    """Gives the lights' objects in their order. Raises CoreError for what cannot be drawn, and Cancelled."""
+def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
+    """Gives the lights' objects in their order. `untouched` is the session's own `Untouched`, if it has one. Raises
+    CoreError for what cannot be drawn, and Cancelled."""
     session.begin()
-    exporter = _Exporter(session, say)
+    if untouched is not None:
+        untouched.begin(depsgraph)
+    exporter = _Exporter(session, say, untouched)
     for instance in depsgraph.object_instances:
         if is_cancelled():
             raise Cancelled
@@ -158,4 +207,4 @@ def export(session, depsgraph, say, is_cancelled=lambda: False):
     return exporter.lights
 
 
-__all__ = ['Cancelled', 'CoreError', 'export', 'mesh_arrays']
+__all__ = ['Cancelled', 'CoreError', 'Untouched', 'export', 'mesh_arrays']

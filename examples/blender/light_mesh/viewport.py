@@ -8,7 +8,7 @@ import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
 from . import camera, core
-from .export import export
+from .export import Untouched, export
 from .materials import world_colour
 
 # How many pixels wide and high a square of one colour is, step by step.
@@ -24,6 +24,7 @@ class Viewport:
 
     def __init__(self):
         self._session = core.Session()
+        self._untouched = Untouched()
         self._seen = None
         self._texture = None
         self._pixels = None
@@ -47,7 +48,7 @@ class Viewport:
         self._seen = None
         self.problem = ''
         try:
-            export(self._session, depsgraph, say)
+            export(self._session, depsgraph, say, untouched=self._untouched)
             self._background = world_colour(depsgraph.scene_eval.world, say)
         except core.CoreError as error:
             self.problem = str(error)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""Times of the add-on inside Blender, against what is to be reached. To be run by blender.sh."""
+
+import math
+import os
+import sys
+import time
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', 'tests', 'blender'))
+import shadows  # noqa: E402
+from support import SCENE, ball, box, camera, lamp, picture, plane, reset  # noqa: E402
+
+from light_mesh import core, engine, export  # noqa: E402
+
+
+def row(what, measured, to_reach, more_is_better, beside):
+    reached = measured >= to_reach if more_is_better else measured <= to_reach
+    print(f'| {what} | {measured:.3g} | {">=" if more_is_better else "<="} {to_reach} | {"yes" if reached else "no"} '
+          f'| {beside} |', flush=True)
+
+
+def processor_seconds(work):
+    start = time.process_time()
+    result = work()
+    return time.process_time() - start, result
+
+
+def waves():
+    """A smooth surface of a million triangles."""
+    reset()
+    camera()
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=708, y_subdivisions=708, size=10)
+    mesh = bpy.context.object.data
+    places = np.empty((len(mesh.vertices), 3), np.float32)
+    mesh.vertices.foreach_get('co', places.ravel())
+    places[:, 2] = np.sin(3 * places[:, 0]) * np.cos(2 * places[:, 1])
+    mesh.vertices.foreach_set('co', places.ravel())
+    mesh.update()
+    bpy.ops.object.shade_smooth()
+    lamp('POINT', (0, 0, 5), 500, shadow_soft_size=.2)
+
+
+def exports():
+    waves()
+    session, untouched = core.Session(), export.Untouched()
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+
+    def tell(**how):
+        start = time.perf_counter()
+        export.export(session, depsgraph, print, **how)
+        return time.perf_counter() - start
+
+    first = tell(untouched=untouched)
+    found = session.statistics()
+    beside = f'{found.triangles} triangles; of it the BVH {found.seconds_building:.2f} s'
+    row('export of a million triangles, s', first, .6, False, beside)
+    # The edits that came before are told with the first export of a view.
+    bpy.context.view_layer.update()
+    tell(untouched=untouched)
+    row('unchanged again, in a 3-D view, s', min(tell(untouched=untouched) for _ in range(3)), .15, False, beside)
+    row('unchanged again, in a film, s', min(tell() for _ in range(3)), .15, False, beside)
+    session.close()
+
+
+def lamps(shadow):
+    """64 lamps over posts and balls, and a camera that moves."""
+    reset()
+    engine.forget()
+    plane(20)
+    for i in range(12):
+        box((.3, .3, 1 + .1 * i), (-4 + .7 * i, 2 * math.sin(i), .5 + .05 * i))
+        ball(.35, (-4 + .7 * i, 2 + math.cos(i), .35))
+    for i in range(64):
+        lamp('POINT', (-6 + 1.7 * (i % 8), -6 + 1.7 * (i // 8), 2.5 + .3 * (i * 7 % 5)), 12, shadow=shadow,
+             shadow_soft_size=.1)
+    eye = camera((0, -9, 5), (1.05, 0, 0))
+    eye.keyframe_insert('location', frame=1)
+    eye.location = 1.5, -8.5, 5
+    eye.keyframe_insert('location', frame=24)
+    SCENE.render.resolution_x, SCENE.render.resolution_y = 640, 480
+
+
+def frame(number):
+    SCENE.frame_set(number)
+    return processor_seconds(picture)[0]
+
+
+def films():
+    frames = 24
+    lamps('REAL')
+    first, *later = [frame(number) for number in range(1, frames + 1)]
+    after = sum(later) / len(later)
+    beside = (f'640x480, 16 samples, one thread: the first {first:.2f} s, each later one {after:.2f} s, of that '
+              f'{engine.statistics["seconds_visibility"]:.2f} s shadows')
+    row(f'film of {frames} frames, 64 lights: the first frame over later ones', first / after, 4, True, beside)
+    lamps('HARD')
+    once = frame(1)
+    of_shadows = engine.statistics['seconds_visibility']
+    # Each sample's rays to its lamps are one of 16: the other samples' primary rays are left out.
+    SCENE.light_mesh.samples *= 16
+    frame(2)
+    of_lamps = engine.statistics['seconds_visibility']
+    sixteen = once - of_shadows + of_lamps
+    row(f'film of {frames} frames, 64 lights: 16 hard rays to each lamp over later frames', sixteen / after, 20, True,
+        f'{beside}; with 16 rays {sixteen:.1f} s')
+
+
+def same_error(build, to_reach):
+    """Processor time of Cycles, when its error is as large, over that of the add-on."""
+    reset()
+    engine.forget()
+    build()
+    SCENE.render.resolution_x, SCENE.render.resolution_y = 160, 120
+    SCENE.light_mesh.samples, SCENE.cycles.samples, SCENE.cycles.seed = 64, 4096, 3
+    reference = picture('CYCLES')[..., :3]
+
+    def error(pixels):
+        return np.abs(pixels[..., :3] - reference).mean()
+
+    own_time, pixels = processor_seconds(picture)
+    own = error(pixels)
+    SCENE.cycles.seed = 0
+    samples = 4
+    while True:
+        SCENE.cycles.samples = samples
+        cycles_time, pixels = processor_seconds(lambda: picture('CYCLES'))
+        if error(pixels) <= own or samples == 2048:
+            break
+        samples *= 2
+    row(f'{build.__name__}: Cycles at the same error, over its time', cycles_time / own_time, to_reach, True,
+        f'160x120: {own_time:.2f} s, error {own:.5f}; Cycles {cycles_time:.2f} s with {samples} samples')
+
+
+print('| what | measured | to reach | reached | beside |')
+print('|---|--:|--:|---|---|')
+exports()
+films()
+same_error(shadows.rooms, 50)
+same_error(shadows.startup, 50)
