@@ -124,8 +124,7 @@ OtherRays other_rays(const demo::ComputeDevice& device, const demo::Scene& scene
         const float rounding = 1e-4f * glm::length(way) + embree.offset();
         if (hit.has_value() != (closest[i].triangle != ~0u))
             other.closest += 1.0;
-        else if (hit &&
-                 glm::distance(hit->position, segments[i].origin + closest[i].t * way) > rounding)
+        else if (hit && glm::distance(hit->position, segments[i].origin + closest[i].t * way) > rounding)
             other.closest += 1.0;
         if (std::abs(shares[i] - expected[i]) > 1e-3f)
             other.shares += 1.0;
@@ -244,4 +243,37 @@ TEST_CASE("gpu frame: pictures of the built-in scenes are those of the CPU") {
     const demo::ComputeDevice device;
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
         check_same_picture(device, scene, "whitted", small_picture());
+}
+
+TEST_CASE("gpu frame: textures, masks, glass, mirrors, colours of vertices and lights of all kinds") {
+    const demo::ComputeDevice device;
+    for (const char* file : {"bulb-pane-mask/pane.gltf", "bulb-pane-mask/bulb-glass.gltf",
+                             "emissive-texture/emissive-texture.gltf", "vertex-colours/vertex-colours.gltf",
+                             "exposure/spot.gltf", "range-and-cone/L-cone0.gltf"}) {
+        demo::Scene scene = demo::import_scene(std::string(LIGHTMESH_FIELD "/") + file);
+        scene.name = file;
+        check_same_picture(device, scene, "whitted", small_picture());
+    }
+}
+
+TEST_CASE("gpu frame: lamps with sizes, several rays a pixel, the filmic curve, an orthographic view") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 80;
+    options.height = 60;
+    options.samples = 3;
+    options.tone = demo::Tone::filmic;
+    demo::Scene scene = demo::make_spheres();
+    scene.lights.resize(2);
+    scene.lights.push_back({.shape = lightmesh::RectLight{.position = {1.0f, -1.0f, 6.0f},
+                                                          .half_u = {0.0f, 0.7f, 0.0f},
+                                                          .half_v = {0.9f, 0.0f, 0.1f}},
+                            .intensity = glm::vec3(20.0f),
+                            .fall_off = demo::FallOff::lamps});
+    scene.lights.push_back(
+        {.shape = lightmesh::DirectionalLight{{0.3f, 0.4f, -1.0f}}, .intensity = glm::vec3(0.5f)});
+    check_same_picture(device, scene, "area", options);
+    scene.camera.orthographic_height = 6.0f;
+    scene.camera.z_near = 0.5f;
+    check_same_picture(device, scene, "whitted", options);
 }

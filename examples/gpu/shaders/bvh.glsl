@@ -83,53 +83,69 @@ bool bvh_meets(uvec4 a, uvec4 b, uvec4 c, vec3 origin, vec3 way, float reach, ou
     return size > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= size && t > 0.0 && t <= size * reach;
 }
 
-// Walks the tree; `act` is done for each triangle that is met, with `triangle`, `is_translucent`, `found` (t, u, v), and
-// may shorten `reach` or set `is_done`. A macro, since GLSL has no functions as arguments.
-#define BVH_WALK(origin, way, reach, act)                                                        \
-    {                                                                                             \
-        vec3 inverse = bvh_inverse(way);                                                          \
-        uint order = (inverse.x > 0.0 ? 1u : 0u) | (inverse.y > 0.0 ? 2u : 0u) | (inverse.z > 0.0 ? 4u : 0u); \
-        uvec2 waiting[MOST_BVH_DEPTH];                                                            \
-        int count = 0;                                                                            \
-        bool is_done = false;                                                                     \
-        uvec4 open = bvh_open(0u, origin, inverse, reach, order);                                \
-        while (!is_done) {                                                                        \
-            while (open.w != 0u && !is_done) {                                                    \
-                uint bit = uint(findLSB(open.w));                                                 \
-                open.w &= open.w - 1u;                                                            \
-                uint first_word = 3u * (open.z + bit);                                            \
-                uvec4 corner_a = bvh_triangles[first_word];                                       \
-                uvec4 corner_b = bvh_triangles[first_word + 1u];                                  \
-                uvec4 corner_c = bvh_triangles[first_word + 2u];                                  \
-                vec3 found;                                                                       \
-                if (bvh_meets(corner_a, corner_b, corner_c, origin, way, reach, found)) {        \
-                    uint triangle = corner_a.w;                                                   \
-                    bool is_translucent = corner_b.w != 0u;                                       \
-                    act                                                                           \
-                }                                                                                 \
-            }                                                                                     \
-            if (open.y <= 0x00ffffffu) {                                                          \
-                if (count == 0)                                                                   \
-                    break;                                                                        \
-                open.xy = waiting[--count];                                                       \
-            }                                                                                     \
-            uint child = uint(findMSB(open.y));                                                   \
-            open.y &= ~(1u << child);                                                             \
-            if (open.y > 0x00ffffffu)                                                             \
-                waiting[count++] = open.xy;                                                       \
-            uint slot = child - 24u ^ order;                                                      \
-            uint before = uint(bitCount(open.y & 255u & (1u << slot) - 1u));                      \
-            open = bvh_open(open.x + before, origin, inverse, reach, order);                     \
-        }                                                                                         \
+// The walk of one ray: nodes and triangles that wait. What to ask of the triangles that light may pass is left to
+// whoever walks, between steps: code that few rays need is not on the way of all.
+uvec2 bvh_waiting[MOST_BVH_DEPTH];
+uint bvh_waiting_count;
+uvec4 bvh_now;  // as bvh_open gives it
+vec3 bvh_inverse_way;
+uint bvh_order;
+
+void bvh_begin(vec3 origin, vec3 way, float reach) {
+    bvh_inverse_way = bvh_inverse(way);
+    uvec3 signs = uvec3(greaterThan(bvh_inverse_way, vec3(0.0)));
+    bvh_order = signs.x | signs.y << 1 | signs.z << 2;
+    bvh_waiting_count = 0u;
+    bvh_now = bvh_open(0u, origin, bvh_inverse_way, reach, bvh_order);
+}
+
+// Walks on. True: to `next`, a triangle that light may pass. False: to the end; or with `is_any` to an opaque triangle.
+// Opaque triangles shorten `hit`.
+bool bvh_walk(vec3 origin, vec3 way, bool is_any, inout BvhHit hit, out BvhHit next) {
+    bool has_next = false;
+    bool is_done = false;
+    while (!has_next && !is_done) {
+        while (bvh_now.w != 0u && !has_next) {
+            uint first_word = 3u * (bvh_now.z + uint(findLSB(bvh_now.w)));
+            bvh_now.w &= bvh_now.w - 1u;
+            uvec4 a = bvh_triangles[first_word];
+            uvec4 b = bvh_triangles[first_word + 1u];
+            uvec4 c = bvh_triangles[first_word + 2u];
+            vec3 found;
+            if (bvh_meets(a, b, c, origin, way, hit.t, found)) {
+                has_next = b.w != 0u;
+                next = BvhHit(a.w, found.x, found.y, found.z);
+                if (!has_next)
+                    hit = next;
+            }
+        }
+        if (has_next)
+            break;
+        is_done = bvh_now.y <= 0x00ffffffu && bvh_waiting_count == 0u || is_any && hit.triangle != ~0u;
+        if (is_done)
+            break;
+        if (bvh_now.y <= 0x00ffffffu)
+            bvh_now.xy = bvh_waiting[--bvh_waiting_count];
+        uint child = uint(findMSB(bvh_now.y));
+        bvh_now.y &= ~(1u << child);
+        if (bvh_now.y > 0x00ffffffu)
+            bvh_waiting[bvh_waiting_count++] = bvh_now.xy;
+        uint slot = child - 24u ^ bvh_order;
+        uint before = uint(bitCount(bvh_now.y & 255u & (1u << slot) - 1u));
+        bvh_now = bvh_open(bvh_now.x + before, origin, bvh_inverse_way, hit.t, bvh_order);
     }
+    return has_next;
+}
 
 #ifdef BVH_CLOSEST
 // The first surface on origin + t * way, 0 < t <= reach, that is no hole of a mask.
 BvhHit closest_hit(vec3 origin, vec3 way, float reach) {
     BvhHit hit = BvhHit(~0u, reach, 0.0, 0.0);
-    BVH_WALK(origin, way, hit.t,
-             if (!is_translucent || !bvh_is_hole(triangle, found.y, found.z))
-                 hit = BvhHit(triangle, found.x, found.y, found.z);)
+    BvhHit next;
+    bvh_begin(origin, way, reach);
+    while (bvh_walk(origin, way, false, hit, next))
+        if (!bvh_is_hole(next.triangle, next.u, next.v))
+            hit = next;
     return hit;
 }
 #endif
@@ -139,9 +155,11 @@ BvhHit closest_hit(vec3 origin, vec3 way, float reach) {
 float let_through(vec3 origin, vec3 target) {
     float share = 1.0;
     vec3 way = target - origin;
-    BVH_WALK(origin, way, 1.0,
-             share *= is_translucent ? bvh_share(triangle, found.y, found.z) : 0.0;
-             is_done = share == 0.0;)
-    return share;
+    BvhHit hit = BvhHit(~0u, 1.0, 0.0, 0.0);
+    BvhHit next;
+    bvh_begin(origin, way, 1.0);
+    while (share > 0.0 && bvh_walk(origin, way, true, hit, next))
+        share *= bvh_share(next.triangle, next.u, next.v);
+    return hit.triangle == ~0u ? share : 0.0;
 }
 #endif
