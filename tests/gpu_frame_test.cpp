@@ -277,3 +277,14 @@ TEST_CASE("gpu frame: lamps with sizes, several rays a pixel, the filmic curve, 
     scene.camera.z_near = 0.5f;
     check_same_picture(device, scene, "whitted", options);
 }
+
+TEST_CASE("gpu frame: light meshes that the host fills as shaders ask, on all levels") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 80;
+    options.height = 60;
+    check_same_picture(device, demo::make_rooms(), "linked", options);
+    check_same_picture(device, demo::make_rooms(), "express", options);
+    check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked", options);
+    check_same_picture(device, demo::make_park(), "linked", options);
+}

@@ -2,12 +2,14 @@
 #include "gpu/gpu_renderer.hpp"
 
 #include "gpu/gpu_scene.hpp"
+#include "gpu/mesh_levels.hpp"
 #include "render/stopwatch.hpp"
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -26,6 +28,12 @@ constexpr std::uint32_t hard_words[] = {
 constexpr std::uint32_t area_words[] = {
 #include "shaders/shade_area.inc"
 };
+constexpr std::uint32_t mesh_4_words[] = {
+#include "shaders/shade_mesh_4.inc"
+};
+constexpr std::uint32_t mesh_16_words[] = {
+#include "shaders/shade_mesh_16.inc"
+};
 constexpr std::uint32_t finish_words[] = {
 #include "shaders/finish.comp.inc"
 };
@@ -35,6 +43,15 @@ struct BatchWords {
     std::uint32_t first;
     std::uint32_t count;
     std::uint32_t is_first_round;
+    std::uint32_t level;
+    std::uint32_t attempt;
+};
+
+/// As paths.glsl has it: of the points of a round.
+struct RoundWords {
+    std::uint32_t point_count = 0;
+    std::uint32_t levels = 0;
+    std::uint32_t is_failed = 0;
 };
 
 constexpr std::uint32_t group_size = 64;
@@ -46,6 +63,9 @@ constexpr std::size_t bytes_of_colour = 16;
 constexpr std::size_t most_bytes = std::size_t{1} << 29;
 /// Of a batch of pixels and a round: drivers stop work that takes seconds.
 constexpr std::size_t most_shadow_rays = std::size_t{1} << 28;
+
+/// To ask a light mesh at a point that is a rounding farther from its surface.
+constexpr std::uint32_t most_attempts = 64;
 
 void refuse(bool is_wanted, const char* what) {
     if (is_wanted)
@@ -59,7 +79,7 @@ std::span<const std::byte> bytes_in(const BatchWords& batch) {
 }  // namespace
 
 const std::vector<std::string>& GpuRenderer::algorithms() {
-    static const std::vector<std::string> names{"whitted", "area"};
+    static const std::vector<std::string> names{"whitted", "area", "linked", "express"};
     return names;
 }
 
@@ -84,6 +104,27 @@ void GpuRenderer::check(const std::string& algorithm, const VisibilityOptions& v
         throw std::invalid_argument("samples must be in [1, 1024] and the depth limit in [0, 100]");
 }
 
+namespace {
+
+bool asks_mesh(const std::string& algorithm) {
+    return algorithm == "linked" || algorithm == "express";
+}
+
+/// With the short test that the algorithm stands for.
+VisibilityOptions with_short_test(VisibilityOptions visibility, const std::string& algorithm) {
+    visibility.settings.short_test =
+        algorithm == "linked" ? lightmesh::ShortTest::linked : lightmesh::ShortTest::none;
+    return visibility;
+}
+
+std::span<const std::uint32_t> shader_of(const std::string& algorithm, float quality) {
+    if (asks_mesh(algorithm))
+        return quality <= 4.0f ? std::span<const std::uint32_t>(mesh_4_words) : mesh_16_words;
+    return algorithm == "area" ? std::span<const std::uint32_t>(area_words) : hard_words;
+}
+
+}  // namespace
+
 struct GpuRenderer::Parts {
     Parts(const ComputeDevice& on, const std::string& algorithm, const EmbreeScene& model,
           const VisibilityOptions& visibility, const RenderOptions& render)
@@ -91,10 +132,18 @@ struct GpuRenderer::Parts {
           scene(on, model, visibility, render), paths(on, bytes_of_path * pixels),
           waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
           colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
-          point_count(on, sizeof(std::uint32_t)), trace(on, trace_words, bindings(), sizeof(BatchWords)),
-          shade(on, algorithm == "area" ? std::span<const std::uint32_t>(area_words) : hard_words, bindings(),
-                sizeof(BatchWords)),
-          finish(on, finish_words, bindings(), sizeof(BatchWords)) {}
+          round(on, sizeof(RoundWords)), mesh(mesh_of(algorithm, model, visibility)),
+          trace(on, trace_words, bindings({}), sizeof(BatchWords)),
+          shade(on, shader_of(algorithm, visibility.settings.quality),
+                bindings(mesh ? mesh->bindings() : std::vector<ComputeBinding>{}), sizeof(BatchWords)),
+          finish(on, finish_words, bindings({}), sizeof(BatchWords)) {}
+
+    std::unique_ptr<MeshLevels> mesh_of(const std::string& algorithm, const EmbreeScene& model,
+                                        const VisibilityOptions& visibility) const {
+        return asks_mesh(algorithm)
+                   ? std::make_unique<MeshLevels>(device, model, with_short_test(visibility, algorithm))
+                   : nullptr;
+    }
 
     /// Rays that wait at most: each step pushes two and pops one.
     std::size_t places_of_rays() const { return static_cast<std::size_t>(options.depth_limit) + 1; }
@@ -114,49 +163,78 @@ struct GpuRenderer::Parts {
         return (std::min)((std::max)(most, std::size_t{group_size}), picture_size());
     }
 
-    std::vector<ComputeBinding> bindings() const {
+    std::vector<ComputeBinding> bindings(const std::vector<ComputeBinding>& more) const {
         std::vector<ComputeBinding> made = scene.bindings();
-        for (const ComputeBuffer& buffer : {paths, waiting, points, colours, finished, point_count})
+        for (const ComputeBuffer& buffer : {paths, waiting, points, colours, finished, round})
             made.push_back({.binding = static_cast<std::uint32_t>(made.size()), .buffer = buffer});
+        made.insert(made.end(), more.begin(), more.end());
         return made;
+    }
+
+    static std::uint32_t groups_of(const BatchWords& batch) {
+        return (batch.count + group_size - 1) / group_size;
     }
 
     /// Some rounds for a batch: rays to the next point of each pixel, and its shading.
     void run_rounds(BatchWords batch, int rounds) {
-        const std::uint32_t groups = (batch.count + group_size - 1) / group_size;
         seconds += device.run([&](const ComputeCommands& commands) {
             for (int i = 0; i < rounds; ++i) {
-                commands.fill(point_count, 0, sizeof(std::uint32_t), 0);
-                commands.dispatch(trace, groups, 1, 1, bytes_in(batch));
-                commands.dispatch(shade, groups, 1, 1, bytes_in(batch));
+                commands.fill(round, 0, sizeof(RoundWords), 0);
+                commands.dispatch(trace, groups_of(batch), 1, 1, bytes_in(batch));
+                if (!mesh)
+                    commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
                 batch.is_first_round = 0;
             }
         });
     }
 
-    std::uint32_t points_of_last_round() const {
-        std::uint32_t count = 0;
-        point_count.read(0, std::as_writable_bytes(std::span(&count, 1)));
-        return count;
+    RoundWords last_round() const {
+        RoundWords found;
+        round.read(0, std::as_writable_bytes(std::span(&found, 1)));
+        return found;
+    }
+
+    /// Shades a round's points by the levels that they ask, until these know all that it takes.
+    void shade_by_mesh(BatchWords batch, std::uint32_t levels) {
+        for (std::uint32_t rest = levels; rest != 0; rest &= rest - 1) {
+            const int level = std::countr_zero(rest);
+            batch.level = static_cast<std::uint32_t>(level);
+            batch.attempt = 0;
+            for (auto asked = MeshLevels::Asked::points; asked != MeshLevels::Asked::nothing;) {
+                mesh->bind(shade, level);
+                seconds += device.run([&](const ComputeCommands& commands) {
+                    commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
+                });
+                if (last_round().is_failed != 0)
+                    throw std::out_of_range("--on gpu: a point lies farther from the origin than the light "
+                                            "mesh has light points");
+                asked = mesh->fill(level);
+                if (asked == MeshLevels::Asked::same_points && ++batch.attempt > most_attempts)
+                    throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
+                                             "lacks at a point");
+            }
+        }
     }
 
     /// False if cancelled.
     bool follow(BatchWords batch, const std::atomic<bool>* cancel) {
         constexpr int most_rounds = 8;
-        for (int rounds = 1;; rounds = (std::min)(2 * rounds, most_rounds)) {
+        for (int rounds = 1;; rounds = mesh ? 1 : (std::min)(2 * rounds, most_rounds)) {
             if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
                 return false;
             run_rounds(batch, rounds);
             batch.is_first_round = 0;
-            if (points_of_last_round() == 0)
+            const RoundWords found = last_round();
+            if (found.point_count == 0)
                 return true;
+            if (mesh)
+                shade_by_mesh(batch, found.levels);
         }
     }
 
     void take(const BatchWords& batch, GpuPicture& picture, RenderStatistics& statistics) {
-        const std::uint32_t groups = (batch.count + group_size - 1) / group_size;
         seconds += device.run([&](const ComputeCommands& commands) {
-            commands.dispatch(finish, groups, 1, 1, bytes_in(batch));
+            commands.dispatch(finish, groups_of(batch), 1, 1, bytes_in(batch));
         });
         std::vector<glm::vec4> values(2 * std::size_t{batch.count});
         finished.read(0, std::as_writable_bytes(std::span(values)));
@@ -179,7 +257,8 @@ struct GpuRenderer::Parts {
     double seconds = 0.0;
 
     GpuScene scene;
-    ComputeBuffer paths, waiting, points, colours, finished, point_count;
+    ComputeBuffer paths, waiting, points, colours, finished, round;
+    std::unique_ptr<MeshLevels> mesh;  ///< null: shadows are found by rays
     ComputeKernel trace, shade, finish;
 };
 
@@ -190,6 +269,12 @@ GpuRenderer::GpuRenderer(const ComputeDevice& device, const std::string& algorit
 }
 
 GpuRenderer::~GpuRenderer() = default;
+
+std::optional<lightmesh::MeshStatistics> GpuRenderer::mesh() const {
+    if (!parts_->mesh)
+        return std::nullopt;
+    return parts_->mesh->statistics();
+}
 
 GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,
                                const std::atomic<bool>* cancel) {
@@ -202,7 +287,7 @@ GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& pro
     for (std::size_t first = 0; first < parts.picture_size(); first += parts.pixels) {
         const BatchWords batch{
             static_cast<std::uint32_t>(first),
-            static_cast<std::uint32_t>((std::min)(parts.pixels, parts.picture_size() - first)), 1};
+            static_cast<std::uint32_t>((std::min)(parts.pixels, parts.picture_size() - first)), 1, 0, 0};
         if (!parts.follow(batch, cancel)) {
             statistics.finished = false;
             break;

@@ -7,8 +7,11 @@
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
 
+#include <lightmesh/statistics.hpp>
+
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +47,9 @@ public:
     /// Also counts the rays. What was not rendered when `cancel` was set stays black.
     GpuPicture render(RenderStatistics& statistics, const Progress& progress = {},
                       const std::atomic<bool>* cancel = nullptr);
+
+    /// Of the light mesh, if there is one.
+    std::optional<lightmesh::MeshStatistics> mesh() const;
 
 private:
     struct Parts;

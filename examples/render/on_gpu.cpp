@@ -18,6 +18,10 @@ namespace demo {
 #ifdef LIGHTMESH_WITH_GPU
 Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
                const RenderOptions& options) {
+    if (!visibility.known.empty())
+        throw std::invalid_argument("--on gpu does not know --mesh");
+    if (visibility.keep_snapshot)
+        throw std::invalid_argument("--on gpu does not know --save-mesh");
     Run made;
     made.algorithm = algorithm;
     made.settings = visibility.settings;
@@ -34,6 +38,8 @@ Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const Vis
         made.statistics, [&](double done) { bar.show(done); }, &interrupted());
     made.image = std::move(picture.linear);
     made.toned = std::move(picture.toned);
+    made.mesh = renderer.mesh();
+    made.bytes = made.mesh ? made.mesh->bytes : 0;
     made.seconds_device = picture.seconds_device;
     return made;
 }

@@ -3,7 +3,8 @@
 // Rays through a WideBvh (wide_bvh.hpp). Whoever includes this has `bvh_nodes` and `bvh_triangles`, arrays of uvec4,
 // and these two, which are asked only of triangles that light may pass:
 //     bool bvh_is_hole(uint triangle, float u, float v);      for closest_hit: whether a mask has a hole there
-//     float bvh_share(uint triangle, float u, float v);       for let_through: the share of light that passes
+//     float bvh_share(uint triangle, float u, float v);       for the others: the share of light that passes
+// Of the functions at the end it has those that it asks for: BVH_CLOSEST, BVH_SHARE, BVH_OPEN.
 
 #define MOST_BVH_DEPTH 48
 
@@ -161,5 +162,42 @@ float let_through(vec3 origin, vec3 target) {
     while (share > 0.0 && bvh_walk(origin, way, true, hit, next))
         share *= bvh_share(next.triangle, next.u, next.v);
     return hit.triangle == ~0u ? share : 0.0;
+}
+#endif
+
+#ifdef BVH_OPEN
+uint bvh_mixed(uint hash, uint value) {
+    hash = (hash ^ value) * 0x9e3779b1u;
+    hash ^= hash >> 15;
+    hash *= 0x85ebca77u;
+    return hash ^ hash >> 13;
+}
+
+// As `EmbreeIntersector` has it: of a segment in either direction, and a surface.
+uint bvh_hash(vec3 origin, vec3 target, uint surface) {
+    uvec3 a = floatBitsToUint(origin);
+    uvec3 b = floatBitsToUint(target);
+    bool is_turned = a.x != b.x ? a.x > b.x : a.y != b.y ? a.y > b.y : a.z > b.z;
+    uvec3 ends[2] = uvec3[](is_turned ? b : a, is_turned ? a : b);
+    uint hash = bvh_mixed(0x2545f491u, surface);
+    for (int end = 0; end < 2; ++end)
+        for (int axis = 0; axis < 3; ++axis)
+            hash = bvh_mixed(hash, ends[end][axis]);
+    return hash;
+}
+
+// Whether nothing blocks a segment; surfaces that let some of the light through do so by chance.
+bool is_open(vec3 origin, vec3 target) {
+    vec3 way = target - origin;
+    BvhHit hit = BvhHit(~0u, 1.0, 0.0, 0.0);
+    BvhHit next;
+    bool is_blocked = false;
+    bvh_begin(origin, way, 1.0);
+    while (!is_blocked && bvh_walk(origin, way, true, hit, next)) {
+        float share = bvh_share(next.triangle, next.u, next.v);
+        float chance = float(bvh_hash(origin, target, next.triangle)) * (1.0 / 4294967296.0);
+        is_blocked = share < 1.0 && !(chance < share);
+    }
+    return !is_blocked && hit.triangle == ~0u;
 }
 #endif

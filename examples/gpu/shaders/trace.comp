@@ -96,8 +96,8 @@ void main() {
         random_next(state.random);
         random_next(state.random);
     }
-    bool has_point = false;
-    while (!has_point) {
+    uint to_do = 0u;
+    while (to_do == 0u) {
         if (state.waiting == 0u) {
             if (state.sample_count == frame.picture.z)
                 break;
@@ -112,7 +112,6 @@ void main() {
             colour.rgb += ray.weight * frame.background.rgb;
             continue;
         }
-        has_point = true;
         uvec4 triangle = corners[hit.triangle];
         vec3 a = vertex_vec3(triangle.x, 0u);
         vec3 b = vertex_vec3(triangle.y, 0u);
@@ -138,6 +137,13 @@ void main() {
         point.seed = random_next(state.random);
         write_point(pixel, point);
         ++counts.x;
+        uint level;
+        bool is_between = level_of(point.footprint, level) > 0.0;
+        to_do = has_point | asks_level | (is_between ? asks_next_level : 0u);
+        uint asked = (is_between ? 3u : 1u) << level;
+        if ((this_round.levels & asked) != asked)
+            atomicOr(this_round.levels, asked);
+        atomicAdd(this_round.point_count, 1u);
         if (ray.depth >= frame.picture.w)
             break;
         uint at = material_at(triangle);
@@ -154,8 +160,6 @@ void main() {
         follow_on(pixel, state, ray, point.position + (enters ? -way : way), through, surface.k_t, point.footprint);
     }
     paths[2u * pixel] = uvec4(state.random, state.sample_count, state.waiting);
-    paths[2u * pixel + 1u] = uvec4(counts.x, state.secondary, counts.z, has_point ? 1u : 0u);
+    paths[2u * pixel + 1u] = uvec4(counts.x, state.secondary, counts.z, to_do);
     colours[pixel] = colour;
-    if (has_point)
-        atomicAdd(point_count, 1u);
 }
