@@ -8,6 +8,7 @@
 #include <lightmesh/snapshot.hpp>
 #include <lightmesh/surface_point.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -59,6 +60,7 @@ private:
     std::optional<lightmesh::MeshUpload> upload_;
     std::vector<ComputeBuffer> buffers_;
     std::optional<ComputeBuffer> requests_;
+    std::array<std::optional<ComputeKernel>, 2> kernels_;  ///< for q up to 4, and up to 16
     std::shared_ptr<const Batch> last_;
 };
 
