@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "mesh_queries.hpp"
 
+#include <lightmesh/snapshot.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -118,7 +120,8 @@ MeshQueries::MeshQueries(const ComputeDevice& device, std::size_t request_capaci
                          std::uint32_t rays_per_point)
     : device_(device), request_capacity_(request_capacity), rays_per_point_(rays_per_point) {}
 
-std::size_t MeshQueries::upload(const lightmesh::SnapshotView& view) {
+std::size_t MeshQueries::upload(std::span<const std::byte> snapshot) {
+    const lightmesh::SnapshotView view(snapshot);
     light_count_ = view.light_count();
     std::size_t written = 0;
     if (!upload_) {
