@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "mesh_queries.hpp"
 
+#include <lightmesh/snapshot.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -45,14 +47,15 @@ std::vector<float> floats_of(std::span<const lightmesh::SurfacePoint> points) {
 
 /// Points that are asked at once.
 struct MeshQueries::Batch {
-    Batch(const MeshQueries& from, std::span<const lightmesh::SurfacePoint> points)
+    Batch(MeshQueries& from, std::span<const lightmesh::SurfacePoint> points)
         : work{static_cast<std::uint32_t>(points.size()), from.rays_per_point_, 0},
           positions(from.device_, std::as_bytes(std::span<const float>(floats_of(points)))),
           values(from.device_, points.size() * (std::max)(from.light_count_, std::size_t{1}) * sizeof(float)),
           rays(from.device_, points.size() * from.rays_per_point_ * sizeof(Ray)),
-          ends(from.device_, points.size() * 4 * sizeof(float)), kernel(make_kernel(from)) {}
+          ends(from.device_, points.size() * 4 * sizeof(float)), kernel(kernel_of(from)) {}
 
-    ComputeKernel make_kernel(const MeshQueries& from) const {
+    /// The kernel that serves the mesh, with these buffers.
+    ComputeKernel kernel_of(MeshQueries& from) const {
         std::vector<ComputeBinding> bindings;
         for (std::uint32_t i = 0; i < from.buffers_.size(); ++i)
             bindings.push_back({0, i, from.buffers_[i]});
@@ -62,9 +65,16 @@ struct MeshQueries::Batch {
         bindings.push_back({1, 2, rays});
         bindings.push_back({1, 3, ends});
         const bool is_coarse = from.upload_->max_quality() <= 4;
-        return {from.device_,
-                is_coarse ? std::span<const std::uint32_t>(query_of_quality_4) : query_of_quality_16,
-                bindings, sizeof(Work)};
+        std::optional<ComputeKernel>& made = from.kernels_[is_coarse ? 0 : 1];
+        if (made) {
+            for (const ComputeBinding& binding : bindings)
+                made->bind(binding);
+        } else {
+            made.emplace(from.device_,
+                         is_coarse ? std::span<const std::uint32_t>(query_of_quality_4) : query_of_quality_16,
+                         bindings, sizeof(Work));
+        }
+        return *made;
     }
 
     double run(const ComputeDevice& device, bool sums_only) const {
@@ -110,7 +120,8 @@ MeshQueries::MeshQueries(const ComputeDevice& device, std::size_t request_capaci
                          std::uint32_t rays_per_point)
     : device_(device), request_capacity_(request_capacity), rays_per_point_(rays_per_point) {}
 
-std::size_t MeshQueries::upload(const lightmesh::SnapshotView& view) {
+std::size_t MeshQueries::upload(std::span<const std::byte> snapshot) {
+    const lightmesh::SnapshotView view(snapshot);
     light_count_ = view.light_count();
     std::size_t written = 0;
     if (!upload_) {

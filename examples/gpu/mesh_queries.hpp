@@ -5,9 +5,9 @@
 
 #include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/segment.hpp>
-#include <lightmesh/snapshot.hpp>
 #include <lightmesh/surface_point.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -36,8 +36,9 @@ public:
     explicit MeshQueries(const ComputeDevice& device, std::size_t request_capacity = 65536,
                          std::uint32_t rays_per_point = 24);
 
-    /// Uploads a mesh, or what has changed of it since the last time. Returns how many bytes that were.
-    std::size_t upload(const lightmesh::SnapshotView& view);
+    /// Uploads a mesh's snapshot, or what has changed of it since the last time. Returns how many bytes that
+    /// were. Throws what `lightmesh::SnapshotView` and `lightmesh::MeshUpload` throw.
+    std::size_t upload(std::span<const std::byte> snapshot);
 
     /// S of all lights at points, without their footprints; of these no more at a time than fit into 2^27
     /// bytes of values and of rays.
@@ -59,6 +60,7 @@ private:
     std::optional<lightmesh::MeshUpload> upload_;
     std::vector<ComputeBuffer> buffers_;
     std::optional<ComputeBuffer> requests_;
+    std::array<std::optional<ComputeKernel>, 2> kernels_;  ///< for q up to 4, and up to 16
     std::shared_ptr<const Batch> last_;
 };
 

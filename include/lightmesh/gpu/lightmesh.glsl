@@ -569,6 +569,7 @@ struct LightMeshPoint {
     int m;         // number of light points that are averaged; 0: shadow rays decide
     bool is_requested;
     bool is_linked;  // only what floods reach is averaged
+    uint uniform_brick;  // a brick like all others for the lights that reach P; lightmesh_no_brick: they differ
     LightMeshHemisphere hemisphere;
     LightMeshFloods floods;
 };
@@ -639,6 +640,8 @@ struct LightMeshPlace {
     LightMeshDouble at[3];
 };
 
+const uint lightmesh_no_brick = 0xffffffffu;
+
 // Fills in the hemisphere; false if P lies outside of the grid.
 bool lightmesh_find_hemisphere(inout LightMeshPoint p, out LightMeshPlace place) {
     LightMeshDouble inverse = lightmesh_stored(lightmesh.inverse_step);
@@ -682,14 +685,14 @@ uint lightmesh_find_brick(ivec3 coord) {
     for (uint slot = hash & lightmesh.slot_mask;; slot = (slot + 1u) & lightmesh.slot_mask) {
         uint named = lightmesh_directory[4u * slot + 3u];
         if (named == 0u)
-            return 0xffffffffu;
+            return lightmesh_no_brick;
         ivec3 of = ivec3(lightmesh_directory[4u * slot], lightmesh_directory[4u * slot + 1u],
                          lightmesh_directory[4u * slot + 2u]);
         if (of != region)
             continue;
         uint in_region = uint((coord.x & 3) + 4 * (coord.y & 3) + 16 * (coord.z & 3));
         uint brick = lightmesh_directory[lightmesh.first_region + 64u * (named - 1u) + in_region];
-        return brick == 0u ? 0xffffffffu : (brick - 1u) * lightmesh.brick_words;
+        return brick == 0u ? lightmesh_no_brick : (brick - 1u) * lightmesh.brick_words;
     }
 }
 
@@ -709,7 +712,7 @@ uvec2 lightmesh_brick_pair(uint word) {
 // Place plus one in `lightmesh_bits` of the flood of a light point; 0 if nobody has looked.
 uint lightmesh_find_flood(ivec3 seed) {
     uint brick = lightmesh_find_brick(seed >> 2);
-    if (brick == 0xffffffffu)
+    if (brick == lightmesh_no_brick)
         return 0u;
     uint table = lightmesh_bricks[brick];
     if (table == 0u)
@@ -835,7 +838,7 @@ bool lightmesh_bricks_agree(LightMeshPoint p, uint tile, uvec2 lights) {
                     continue;
                 uint brick = lightmesh_find_brick(p.hemisphere.first + ivec3(x, y, z));
                 uvec2 uniform_lights = uvec2(0u), lit = uvec2(0u);
-                if (brick != 0xffffffffu) {
+                if (brick != lightmesh_no_brick) {
                     uint record = lightmesh_tile_record(brick, tile);
                     uniform_lights = lightmesh_brick_pair(record + 2u);
                     lit = lightmesh_brick_pair(record + 4u);
@@ -945,7 +948,7 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
         if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(seed)))
             continue;
         if (is_uniform) {
-            p.is_linked = false;
+            p.uniform_brick = lightmesh_find_brick(seed >> 2);
             p.m = size;
             return;
         }
@@ -972,6 +975,7 @@ LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
     p.m = 0;
     p.is_requested = false;
     p.is_linked = false;
+    p.uniform_brick = lightmesh_no_brick;
     p.floods.count = 0;
     p.hemisphere = LightMeshHemisphere(ivec3(0), ivec3(0), ivec3(0), ivec3(0), 0);
     p.unit = vec3(0.0);
@@ -1139,6 +1143,11 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
 #endif
         return tile;
     }
+    if (p.uniform_brick != lightmesh_no_brick) {
+        tile.planes[0] = lightmesh_brick_pair(lightmesh_tile_record(p.uniform_brick, t) + 4u);
+        tile.m = 1;
+        return tile;
+    }
     uint groups = lightmesh_groups_of(tile.reaching);
     uint missing_groups = 0u;
     uvec2 pending = uvec2(0u);
@@ -1153,7 +1162,7 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
                 if ((mask.x | mask.y) == 0u)
                     continue;
                 uint brick = lightmesh_find_brick(coord);
-                if (brick == 0xffffffffu) {
+                if (brick == lightmesh_no_brick) {
                     missing_groups = groups;
                     continue;
                 }
