@@ -9,20 +9,22 @@
 #include "render/embree_scene.hpp"
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
+#include "run_command.hpp"
 #include "scene/light_rig.hpp"
 #include "scene/scene.hpp"
+#include "temporary_folder.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -285,6 +287,90 @@ TEST_CASE("gpu frame: light meshes that the host fills as shaders ask, on all le
     options.height = 60;
     check_same_picture(device, demo::make_rooms(), "linked", options);
     check_same_picture(device, demo::make_rooms(), "express", options);
-    check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked", options);
+    check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked",
+                       options);
     check_same_picture(device, demo::make_park(), "linked", options);
+}
+
+TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh") {
+    std::vector<std::string> messages;
+    const demo::ComputeDevice device({.validate = true, .on_message = [&](const std::string& text) {
+                                          messages.push_back(text);
+                                      }});
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    demo::RenderOptions options;
+    options.width = 16;
+    options.height = 12;
+    demo::VisibilityOptions visibility;
+    visibility.settings.radius = scene.radius;
+    visibility.settings.quality = 4.0f;
+    for (const char* algorithm : {"whitted", "express"}) {
+        demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+        demo::RenderStatistics statistics;
+        renderer.render(statistics);
+        CHECK(statistics.finished);
+        CHECK(renderer.mesh().has_value() == (std::string(algorithm) == "express"));
+    }
+    for (const std::string& message : messages)
+        FAIL_CHECK(message);
+}
+
+TEST_CASE("gpu frame: what shaders do not know is refused by its name, and a cancelled picture ends") {
+    const demo::ComputeDevice device;
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    const auto message_of = [&](const std::string& algorithm, const demo::VisibilityOptions& visibility,
+                                const demo::RenderOptions& options) -> std::string {
+        try {
+            demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "nothing was thrown";
+    };
+    for (const char* algorithm : {"cache", "blur-cache", "lmm", "linked+map", "express+volume", "shadow-map"})
+        CHECK(message_of(algorithm, {}, small_picture()) == "--on gpu does not know --algorithm " +
+                                                                std::string(algorithm) +
+                                                                "; it knows whitted, area, linked, express");
+    demo::RenderOptions options = small_picture();
+    options.ambient_rays = 4;
+    CHECK(message_of("whitted", {}, options) == "--on gpu does not know ambient rays");
+    options = small_picture();
+    options.width = 0;
+    CHECK(message_of("whitted", {}, options).find("0 x 120") != std::string::npos);
+
+    demo::GpuRenderer renderer(device, "whitted", embree, {}, small_picture());
+    demo::RenderStatistics statistics;
+    const std::atomic<bool> cancel = true;
+    renderer.render(statistics, {}, &cancel);
+    CHECK_FALSE(statistics.finished);
+}
+
+TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's picture, errors") {
+    const test::TemporaryFolder folder;
+    const auto render = [&](const std::string& arguments) {
+        return test::run(folder, LIGHTMESH_RENDER " picture spheres --width 64 --height 48 " + arguments);
+    };
+    const auto file = [&](const char* name) {
+        return (folder / name).string();
+    };
+    const test::Finished on_gpu = render("-a whitted --on gpu --tone filmic -o " + file("gpu.png"));
+    REQUIRE_MESSAGE(on_gpu.status == 0, on_gpu.errors);
+    for (const char* row : {"device", "in shaders", "shadow rays", "surface points"})
+        CHECK_MESSAGE(on_gpu.output.find(row) != std::string::npos, row);
+    REQUIRE(render("-a whitted --on cpu --tone filmic -o " + file("cpu.png")).status == 0);
+    CHECK(share_of_other_pixels(demo::read_png(folder / "gpu.png"), demo::read_png(folder / "cpu.png")) <=
+          0.001);
+
+    const auto check_refused = [&](const std::string& arguments, const std::string& part) {
+        const test::Finished ran = render("--on gpu -o " + file("none.png") + " " + arguments);
+        CHECK(ran.status != 0);
+        CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
+        CHECK(std::ranges::count(ran.errors, '\n') == 1);
+    };
+    check_refused("", "--on gpu does not know --algorithm cache; it knows whitted, area, linked, express");
+    check_refused("-a linked --save-mesh " + file("mesh"), "--on gpu does not know --save-mesh");
+    check_refused("-a whitted --device none-such", "no device \"none-such\"");
+    CHECK_FALSE(std::filesystem::exists(folder / "none.png"));
 }
