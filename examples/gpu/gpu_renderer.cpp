@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <bit>
@@ -61,11 +62,16 @@ constexpr std::size_t bytes_of_point = 80;
 constexpr std::size_t bytes_of_colour = 16;
 /// Of a batch of pixels, on the device.
 constexpr std::size_t most_bytes = std::size_t{1} << 29;
-/// Of a batch of pixels and a round: drivers stop work that takes seconds.
+/// Of a batch of pixels and a round: drivers stop work that takes seconds, and people wish to see how far it
+/// is.
 constexpr std::size_t most_shadow_rays = std::size_t{1} << 28;
+constexpr std::size_t most_shadow_rays_of_cpu = std::size_t{1} << 20;
 
 /// To ask a light mesh at a point that is a rounding farther from its surface.
 constexpr std::uint32_t most_attempts = 64;
+/// Of asking and filling: some, since of points close together one asks. After that points ask in turn for
+/// what the host does not fill.
+constexpr int enough_turns = 16;
 
 void refuse(bool is_wanted, const char* what) {
     if (is_wanted)
@@ -159,7 +165,9 @@ struct GpuRenderer::Parts {
         const std::size_t rays =
             (std::max)(model.scene().lights.size(), std::size_t{1}) *
             (algorithm == "area" ? static_cast<std::size_t>(visibility.area_samples) : 1);
-        const std::size_t most = (std::min)(most_bytes / bytes, most_shadow_rays / rays);
+        const std::size_t most =
+            (std::min)({most_bytes / bytes, device.largest_buffer() / (bytes_of_ray * places_of_rays()),
+                        (device.is_cpu() ? most_shadow_rays_of_cpu : most_shadow_rays) / rays});
         return (std::min)((std::max)(most, std::size_t{group_size}), picture_size());
     }
 
@@ -196,10 +204,12 @@ struct GpuRenderer::Parts {
 
     /// Shades a round's points by the levels that they ask, until these know all that it takes.
     void shade_by_mesh(BatchWords batch, std::uint32_t levels) {
+        tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
         for (std::uint32_t rest = levels; rest != 0; rest &= rest - 1) {
             const int level = std::countr_zero(rest);
             batch.level = static_cast<std::uint32_t>(level);
             batch.attempt = 0;
+            int turns = 0;
             for (auto asked = MeshLevels::Asked::points; asked != MeshLevels::Asked::nothing;) {
                 mesh->bind(shade, level);
                 seconds += device.run([&](const ComputeCommands& commands) {
@@ -208,8 +218,9 @@ struct GpuRenderer::Parts {
                 if (last_round().is_failed != 0)
                     throw std::out_of_range("--on gpu: a point lies farther from the origin than the light "
                                             "mesh has light points");
-                asked = mesh->fill(level);
-                if (asked == MeshLevels::Asked::same_points && ++batch.attempt > most_attempts)
+                arena.execute([&] { asked = mesh->fill(level); });
+                const bool is_stuck = asked == MeshLevels::Asked::same_points || ++turns > enough_turns;
+                if (is_stuck && ++batch.attempt > most_attempts)
                     throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
                                              "lacks at a point");
             }
