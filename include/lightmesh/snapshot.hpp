@@ -36,6 +36,8 @@
 
 namespace lightmesh {
 
+class CacheUpload;
+
 /// A mesh or a cache that was saved by `LightMesh::snapshot` or `VisibilityCache::snapshot`, read where its
 /// bytes stand: in a vector, or in a file that is mapped into memory. Nothing is copied but the lights.
 ///
@@ -119,6 +121,8 @@ public:
     }
 
 private:
+    friend class CacheUpload;
+
     /// Of what is in `all` the values of the level replace `share`.
     void query_level(int k, const SurfacePoint& at, float share, std::span<float> all) const {
         if (const detail::SnapshotLevel* level = reader_->find(k))

@@ -52,6 +52,11 @@ uvec2 lightmesh_double_abs(uvec2 a) {
     return uvec2(a.x, a.y & 0x7fffffffu);
 }
 
+// a * 2^power
+uvec2 lightmesh_double_scale(uvec2 a, int power) {
+    return (a.x | (a.y & 0x7fffffffu)) == 0u ? a : uvec2(a.x, a.y + (uint(power) << 20));
+}
+
 bool lightmesh_double_is_zero(uvec2 a) {
     return (a.x | (a.y & 0x7fffffffu)) == 0u;
 }
@@ -177,9 +182,24 @@ float lightmesh_double_to_float(uvec2 a) {
     return uintBitsToFloat((a.y & 0x80000000u) | magnitude);
 }
 
-// a / b as the nearest float: rounding twice does no harm, as a double has more than twice the digits.
+// a / b as the nearest float. Neither is denormal.
 float lightmesh_float_divide(float a, float b) {
-    return lightmesh_double_to_float(lightmesh_double_divide(lightmesh_double_of(a), lightmesh_double_of(b)));
+    uint x = floatBitsToUint(a), y = floatBitsToUint(b);
+    uint sign = (x ^ y) & 0x80000000u;
+    if ((x & 0x7fffffffu) == 0u)
+        return uintBitsToFloat(sign);
+    uint rest = (x & 0x7fffffu) | 0x800000u, by = (y & 0x7fffffu) | 0x800000u, quotient = 0u;
+    for (int i = 0; i < 26; ++i) {
+        quotient <<= 1;
+        if (rest >= by) {
+            rest -= by;
+            quotient |= 1u;
+        }
+        rest <<= 1;
+    }
+    int exponent = int((x >> 23) & 255u) - int((y >> 23) & 255u);
+    return lightmesh_double_to_float(
+        lightmesh_double_normalize(sign, exponent + 5, uvec2(rest != 0u ? 1u : 0u, quotient)));
 }
 
 // The square root of a number from 1 to 4 as the nearest float.
