@@ -252,7 +252,7 @@ vec3 lightmesh_cache_off_surface(vec3 place, vec3 normal, int level) {
 
 // Weights are of 2^15.
 int lightmesh_cache_weight_of(uvec2 share) {
-    if ((share.y & 0x80000000u) != 0u)
+    if (lightmesh_double_is_negative(share))
         return 0;
     if (!lightmesh_double_less(share, lightmesh_cache_one))
         return 32768;
@@ -537,26 +537,29 @@ struct LightmeshCacheCell {
     ivec2 corner;    // the least indices along u and v
     ivec4 along;     // the indices along the axis of the way that records fall
     ivec2 at;        // the point's place in the cell, of 2^15
-    uint records[8]; // four on surfaces, four in the air
+    uint records[4];
     uint links;      // four bits: 0-1, 2-3, 0-2, 1-3
     bool is_flat;    // whether all four records fit the point without further questions
     int tap_count;
-    uint taps[8];
-    uint weights[8];
+    uint taps[8];    // records that serve the point, on surfaces or in the air
+    uint weights[8]; // sum to 2^15
+    uvec4 rows[8];   // of a tile: see `lightmesh_cache_record_row`
     uint missing;    // least share of the next level for lights that any of the records sees
     uint lacks;      // why it is not known
 };
+// The one in work: passed from function to function it would be copied.
+LightmeshCacheCell lightmesh_cache_cell;
 
 ivec3 lightmesh_cache_axes(int way) {
     int axis = way >> 1;
     return ivec3(axis, axis == 2 ? 0 : axis + 1, axis == 0 ? 2 : axis - 1);
 }
 
-ivec3 lightmesh_cache_index(LightmeshCacheCell cell, int k, ivec3 axes) {
+ivec3 lightmesh_cache_index(int k, ivec3 axes) {
     ivec3 index;
-    index[axes.x] = cell.along[k];
-    index[axes.y] = cell.corner.x + (k & 1);
-    index[axes.z] = cell.corner.y + (k >> 1);
+    index[axes.x] = lightmesh_cache_cell.along[k];
+    index[axes.y] = lightmesh_cache_cell.corner.x + (k & 1);
+    index[axes.z] = lightmesh_cache_cell.corner.y + (k >> 1);
     return index;
 }
 
@@ -569,7 +572,7 @@ vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
     return point;
 }
 
-void lightmesh_cache_place(inout LightmeshCacheCell cell, LightmeshCachePoint at, int way, ivec3 axes, int level) {
+void lightmesh_cache_place(LightmeshCachePoint at, int way, ivec3 axes, int level) {
     bool is_up = (way & 1) == 0;
     uvec2 height;
     ivec2 corner;
@@ -587,8 +590,8 @@ void lightmesh_cache_place(inout LightmeshCacheCell cell, LightmeshCachePoint at
                 lightmesh_double_subtract(located, lightmesh_double_of(corner[i - 1])));
         }
     }
-    cell.corner = corner;
-    cell.at = ivec2(int(fraction.x * 32768.0), int(fraction.y * 32768.0));
+    lightmesh_cache_cell.corner = corner;
+    lightmesh_cache_cell.at = ivec2(int(fraction.x * 32768.0), int(fraction.y * 32768.0));
     // How far the tangent plane rises from the corners to the point, along u and v.
     vec3 n = at.normal;
     bool is_level = n[axes.y] == 0.0 && n[axes.z] == 0.0;
@@ -602,14 +605,14 @@ void lightmesh_cache_place(inout LightmeshCacheCell cell, LightmeshCachePoint at
     // The first lattice index at least a quarter before the plane.
     for (int k = 0; k < 4; ++k) {
         if (is_level && k > 0) {
-            cell.along[k] = cell.along.x;
+            lightmesh_cache_cell.along[k] = lightmesh_cache_cell.along.x;
             continue;
         }
         uvec2 plane = height;
         if (!is_level)
             plane = lightmesh_double_subtract(height, lightmesh_double_add(rise[k & 1], rise[2 + (k >> 1)]));
         int below = lightmesh_double_floor(lightmesh_double_subtract(plane, uvec2(0u, 0x3fd00000u)));
-        cell.along[k] = is_up ? -below : below;
+        lightmesh_cache_cell.along[k] = is_up ? -below : below;
     }
 }
 
@@ -624,12 +627,12 @@ bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
 }
 
 // Which neighbouring columns have a free way between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v.
-void lightmesh_cache_find_links(inout LightmeshCacheCell cell, ivec3 axes, int level) {
-    cell.links = 0u;
+void lightmesh_cache_find_links(ivec3 axes, int level) {
+    lightmesh_cache_cell.links = 0u;
     for (int i = 0; i < 4; ++i) {
         int from = i == 0 ? 0 : i == 2 ? 0 : i == 1 ? 2 : 1, to = from + (i < 2 ? 1 : 2);
-        uvec4 more = lightmesh_cache_places[cell.records[from] + 1u];
-        int start = int(more.y) >> 1, end = int(lightmesh_cache_places[cell.records[to] + 1u].y) >> 1;
+        uvec4 more = lightmesh_cache_places[lightmesh_cache_cell.records[from] + 1u];
+        int start = int(more.y) >> 1, end = int(lightmesh_cache_places[lightmesh_cache_cell.records[to] + 1u].y) >> 1;
         int rise = end - start;
         if (rise < -1 || rise > 1)
             continue;
@@ -638,13 +641,13 @@ void lightmesh_cache_find_links(inout LightmeshCacheCell cell, ivec3 axes, int l
         if ((links & 1u) == 0u) {
             vec3 ends[2];
             for (int k = 0; k < 2; ++k) {
-                ivec3 index = lightmesh_cache_index(cell, k == 0 ? from : to, axes);
+                ivec3 index = lightmesh_cache_index(k == 0 ? from : to, axes);
                 index[axes.x] = k == 0 ? start : end;
                 ends[k] = lightmesh_cache_lattice_point(index, level);
             }
-            is_open = lightmesh_cache_is_open(ends[0], ends[1], cell.lacks);
+            is_open = lightmesh_cache_is_open(ends[0], ends[1], lightmesh_cache_cell.lacks);
         }
-        cell.links |= is_open ? 1u << i : 0u;
+        lightmesh_cache_cell.links |= is_open ? 1u << i : 0u;
     }
 }
 
@@ -670,7 +673,7 @@ uint lightmesh_cache_fit(uint record, LightmeshCachePoint at, int level) {
         uvec2 less = i == 0 ? lightmesh_double_abs(dots[0]) : uvec2(0xcccccccdu, 0x3fe4ccccu);            // .65
         uvec2 by = i == 0 ? lightmesh_cache_level_per_fifth(level) : uvec2(0u, 0x40240000u);  // 10
         uvec2 part = lightmesh_double_multiply(lightmesh_double_subtract(from, less), by);
-        shares[i] = (part.y & 0x80000000u) != 0u                     ? 0
+        shares[i] = lightmesh_double_is_negative(part) ? 0
                     : !lightmesh_double_less(part, lightmesh_cache_one) ? 256
                                                                      : lightmesh_double_floor(lightmesh_double_scale(part, 8));
     }
@@ -684,7 +687,7 @@ uint lightmesh_cache_fit(uint record, LightmeshCachePoint at, int level) {
 
 // Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
 // over links.
-uint lightmesh_cache_trace_seen(LightmeshCacheCell cell, uint suspect, ivec4 weights, LightmeshCachePoint at,
+uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightmeshCachePoint at,
                                 ivec3 axes, int level, inout uint lacks) {
     vec3 end = lightmesh_cache_off_surface(at.position, at.normal, level);
     uint seen = 0u;
@@ -701,7 +704,7 @@ uint lightmesh_cache_trace_seen(LightmeshCacheCell cell, uint suspect, ivec4 wei
         bool is_suspect = ((suspect >> k) & 1u) != 0u;
         if (is_any_open && !is_suspect)
             continue;
-        vec3 to = lightmesh_cache_lattice_point(lightmesh_cache_index(cell, k, axes), level);
+        vec3 to = lightmesh_cache_lattice_point(lightmesh_cache_index(k, axes), level);
         bool is_open = lightmesh_cache_is_open(end, to, lacks);
         seen |= is_open ? 1u << k : 0u;
         is_any_open = is_any_open || (is_open && !is_suspect);
@@ -709,50 +712,57 @@ uint lightmesh_cache_trace_seen(LightmeshCacheCell cell, uint suspect, ivec4 wei
     const uint ends[4] = uint[4](3u, 12u, 5u, 10u);
     for (int pass = 0; pass < 3; ++pass)
         for (int link = 0; link < 4; ++link)
-            if (((cell.links >> link) & 1u) != 0u && (suspect & ends[link]) == 0u && (seen & ends[link]) != 0u)
+            if (((lightmesh_cache_cell.links >> link) & 1u) != 0u && (suspect & ends[link]) == 0u &&
+                (seen & ends[link]) != 0u)
                 seen |= ends[link];
     return seen;
 }
 
-// Weights of 2^15 from such as have any sum, below 2^27.
-void lightmesh_cache_set_weights(inout LightmeshCacheCell cell, uint raw[8]) {
-    uint sum = 0u;
+// Makes the weights sum to 2^15; so far they have any sum, below 2^27.
+void lightmesh_cache_set_weights() {
+    uint sum = 0u, greatest = 0u;
     int heaviest = 0;
-    for (int k = 0; k < cell.tap_count; ++k) {
-        sum += raw[k];
-        if (raw[k] > raw[heaviest])
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        uint weight = lightmesh_cache_cell.weights[k];
+        sum += weight;
+        if (weight > greatest) {
+            greatest = weight;
             heaviest = k;
+        }
     }
     uint rest = 32768u;
-    for (int k = 0; k < cell.tap_count; ++k) {
-        uint weight = 0u, left = raw[k];
-        for (int bit = 0; bit < 15; ++bit) {
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        uint left = lightmesh_cache_cell.weights[k], weight = left == sum ? 32768u : 0u;
+        for (int bit = 14; bit >= 0 && weight < 32768u; --bit) {
             left <<= 1;
-            weight <<= 1;
             if (left >= sum) {
                 left -= sum;
-                weight |= 1u;
+                weight |= 1u << bit;
             }
         }
-        // All of it, if there is one record.
-        weight = raw[k] == sum ? 32768u : weight;
-        cell.weights[k] = weight;
+        lightmesh_cache_cell.weights[k] = weight;
         rest -= weight;
     }
-    cell.weights[heaviest] += rest;
+    lightmesh_cache_cell.weights[heaviest] += rest;
 }
 
-void lightmesh_cache_make_taps(inout LightmeshCacheCell cell, inout LightmeshCachePoint at, int turn, int way,
-                               ivec3 axes, int level) {
-    int both = int(uint(cell.at.x) * uint(cell.at.y) >> 15);
-    ivec4 weights = ivec4(32768 - cell.at.x - cell.at.y + both, cell.at.x - both, cell.at.y - both, both);
-    cell.missing = 0u;
-    cell.tap_count = 0;
-    if (cell.is_flat) {
-        cell.tap_count = 4;
+void lightmesh_cache_add_tap(uint record, uint weight) {
+    lightmesh_cache_cell.taps[lightmesh_cache_cell.tap_count] = record;
+    lightmesh_cache_cell.weights[lightmesh_cache_cell.tap_count] = weight;
+    ++lightmesh_cache_cell.tap_count;
+}
+
+void lightmesh_cache_make_taps(inout LightmeshCachePoint at, int turn, int way, ivec3 axes, int level) {
+    ivec2 place = lightmesh_cache_cell.at;
+    int both = int(uint(place.x) * uint(place.y) >> 15);
+    ivec4 weights = ivec4(32768 - place.x - place.y + both, place.x - both, place.y - both, both);
+    lightmesh_cache_cell.missing = 0u;
+    lightmesh_cache_cell.tap_count = 0;
+    if (lightmesh_cache_cell.is_flat) {
+        lightmesh_cache_cell.tap_count = 4;
         for (int k = 0; k < 4; ++k) {
-            cell.taps[k] = cell.records[k];
-            cell.weights[k] = uint(weights[k]);
+            lightmesh_cache_cell.taps[k] = lightmesh_cache_cell.records[k];
+            lightmesh_cache_cell.weights[k] = uint(weights[k]);
         }
         return;
     }
@@ -760,19 +770,19 @@ void lightmesh_cache_make_taps(inout LightmeshCacheCell cell, inout LightmeshCac
     uint suspect = 0u;
     bool fits_all = true;
     for (int k = 0; k < 4; ++k) {
-        uint fit = lightmesh_cache_fit(cell.records[k], at, level);
+        uint fit = lightmesh_cache_fit(lightmesh_cache_cell.records[k], at, level);
         fits[k] = int(fit & 511u);
         suspect |= (fit >> 9) << k;
         fits_all = fits_all && fits[k] > 0;
     }
     uint seen = 15u;
-    if (!fits_all || suspect != 0u || cell.links != 15u) {
+    if (!fits_all || suspect != 0u || lightmesh_cache_cell.links != 15u) {
         int traced = level - at.first_level;
         if (((at.traced[turn] >> traced) & 1u) == 0u) {
             uint lacks = 0u;
-            seen = lightmesh_cache_trace_seen(cell, suspect, weights, at, axes, level, lacks);
+            seen = lightmesh_cache_trace_seen(suspect, weights, at, axes, level, lacks);
             if (lacks != 0u) {
-                cell.lacks |= lacks;
+                lightmesh_cache_cell.lacks |= lacks;
                 return;
             }
             at.traced[turn] |= 1u << traced;
@@ -780,73 +790,70 @@ void lightmesh_cache_make_taps(inout LightmeshCacheCell cell, inout LightmeshCac
         }
         seen = (at.seen[turn] >> (4 * traced)) & 15u;
     }
-    uint raw[8];
     int served = 0;
     for (int k = 0; k < 4; ++k) {
         if (((seen >> k) & 1u) == 0u)
             continue;
         served += weights[k] * fits[k] >> 8;
         uint weight = uint(weights[k]) + 1u;
-        if (fits[k] > 0) {
-            cell.taps[cell.tap_count] = cell.records[k];
-            raw[cell.tap_count++] = 10u * weight * uint(fits[k]);
-        }
+        if (fits[k] > 0)
+            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], 10u * weight * uint(fits[k]));
         if (fits[k] == 256)
             continue;
-        uint air = lightmesh_cache_find_record(lightmesh_cache_index(cell, k, axes), 6u + uint(way), level);
+        uint air = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), 6u + uint(way), level);
         if (air == 0u) {
-            cell.lacks |= lightmesh_cache_lacks_values;
+            lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
             return;
         }
-        cell.taps[cell.tap_count] = air;
-        raw[cell.tap_count++] = 3u * weight * uint(256 - fits[k]);
+        lightmesh_cache_add_tap(air, 3u * weight * uint(256 - fits[k]));
     }
-    if (cell.tap_count > 0)
-        lightmesh_cache_set_weights(cell, raw);
-    cell.missing = level < 11 ? uint(min(5 * (32768 - served), 32768)) : 0u;
+    if (lightmesh_cache_cell.tap_count > 0)
+        lightmesh_cache_set_weights();
+    lightmesh_cache_cell.missing = level < 11 ? uint(min(5 * (32768 - served), 32768)) : 0u;
 }
 
 // The cell of a level about the point, with the records that serve it.
-void lightmesh_cache_make_cell(out LightmeshCacheCell cell, inout LightmeshCachePoint at, int turn, int level) {
+void lightmesh_cache_make_cell(inout LightmeshCachePoint at, int turn, int level) {
     int way = at.ways[turn];
     ivec3 axes = lightmesh_cache_axes(way);
-    cell.lacks = 0u;
-    cell.tap_count = 0;
-    cell.missing = 0u;
-    cell.is_flat = false;
-    lightmesh_cache_place(cell, at, way, axes, level);
+    lightmesh_cache_cell.lacks = 0u;
+    lightmesh_cache_cell.tap_count = 0;
+    lightmesh_cache_cell.missing = 0u;
+    lightmesh_cache_cell.is_flat = false;
+    lightmesh_cache_place(at, way, axes, level);
     for (int k = 0; k < 4; ++k) {
-        cell.records[k] = lightmesh_cache_find_record(lightmesh_cache_index(cell, k, axes), uint(way), level);
-        if (cell.records[k] == 0u) {
-            cell.lacks = lightmesh_cache_lacks_values;
+        lightmesh_cache_cell.records[k] = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), uint(way), level);
+        if (lightmesh_cache_cell.records[k] == 0u) {
+            lightmesh_cache_cell.lacks = lightmesh_cache_lacks_values;
             return;
         }
     }
-    lightmesh_cache_find_links(cell, axes, level);
-    if (cell.lacks != 0u)
+    lightmesh_cache_find_links(axes, level);
+    if (lightmesh_cache_cell.lacks != 0u)
         return;
-    vec3 normal = lightmesh_cache_record_normal(cell.records[0]);
-    vec3 place = lightmesh_cache_record_place(cell.records[0]);
-    cell.is_flat = cell.links == 15u &&
+    vec3 normal = lightmesh_cache_record_normal(lightmesh_cache_cell.records[0]);
+    vec3 place = lightmesh_cache_record_place(lightmesh_cache_cell.records[0]);
+    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.links == 15u &&
                    lightmesh_cache_is_same(at.normal, normal);
     float farthest = 0.0;
-    for (int k = 0; k < 4 && cell.is_flat; ++k) {
-        cell.is_flat = lightmesh_cache_record_is_on_surface(cell.records[k]) &&
-                       lightmesh_cache_is_same(lightmesh_cache_record_normal(cell.records[k]), normal);
-        precise vec3 way_there = lightmesh_cache_record_place(cell.records[k]) - place;
+    for (int k = 0; k < 4 && lightmesh_cache_cell.is_flat; ++k) {
+        lightmesh_cache_cell.is_flat = lightmesh_cache_record_is_on_surface(lightmesh_cache_cell.records[k]) &&
+                       lightmesh_cache_is_same(lightmesh_cache_record_normal(lightmesh_cache_cell.records[k]), normal);
+        precise vec3 way_there = lightmesh_cache_record_place(lightmesh_cache_cell.records[k]) - place;
         farthest = max(farthest, abs(lightmesh_cache_dot(normal, way_there)));
     }
     precise float slack = lightmesh_cache_level_floats(level).x - farthest;
     precise vec3 way_here = at.position - place;
-    cell.is_flat = cell.is_flat && abs(lightmesh_cache_dot(normal, way_here)) < slack;
-    lightmesh_cache_make_taps(cell, at, turn, way, axes, level);
+    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.is_flat && abs(lightmesh_cache_dot(normal, way_here)) < slack;
+    lightmesh_cache_make_taps(at, turn, way, axes, level);
 }
 
 // The probe of a cell, or 0.
-uint lightmesh_cache_find_probe(LightmeshCacheCell cell, int way, ivec3 axes, int level) {
-    ivec3 index = lightmesh_cache_index(cell, 0, axes);
-    int lowest = min(min(cell.along.x, cell.along.y), min(cell.along.z, cell.along.w));
-    int highest = max(max(cell.along.x, cell.along.y), max(cell.along.z, cell.along.w));
+uint lightmesh_cache_find_probe(int way, ivec3 axes, int level) {
+    ivec3 index = lightmesh_cache_index(0, axes);
+    ivec4 along = lightmesh_cache_cell.along;
+    int lowest = min(min(along.x, along.y), min(along.z, along.w));
+    int highest = max(max(along.x, along.y), max(along.z, along.w));
     index[axes.x] = (way & 1) == 0 ? highest : lowest;
     return lightmesh_cache_find_record(index, 12u + uint(way), level);
 }
@@ -909,10 +916,10 @@ bool lightmesh_cache_is_grazing(uint light, LightmeshCachePoint point, float sin
 
 // The lights about which the geometric normal of the point, or of a record that serves it, says something else than
 // the smooth surface does.
-uvec2 lightmesh_cache_bent(LightmeshCacheCell cell, LightmeshCachePoint at, uint tile, uvec2 lights) {
+uvec2 lightmesh_cache_bent(LightmeshCachePoint at, uint tile, uvec2 lights) {
     float sine_squared = 0.0;
-    for (int k = 0; k < cell.tap_count; ++k) {
-        vec3 other = lightmesh_cache_record_normal(cell.taps[k]);
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        vec3 other = lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
         if (lightmesh_cache_is_zero(other))
             continue;
         precise float cosine = lightmesh_cache_dot(at.normal, other);
@@ -926,9 +933,9 @@ uvec2 lightmesh_cache_bent(LightmeshCacheCell cell, LightmeshCachePoint at, uint
             continue;
         uint light = 64u * tile + l;
         bool is_bent = false;
-        for (int k = -1; k < cell.tap_count && !is_bent; ++k) {
-            vec3 place = k < 0 ? at.position : lightmesh_cache_record_place(cell.taps[k]);
-            vec3 normal = k < 0 ? at.normal : lightmesh_cache_record_normal(cell.taps[k]);
+        for (int k = -1; k < lightmesh_cache_cell.tap_count && !is_bent; ++k) {
+            vec3 place = k < 0 ? at.position : lightmesh_cache_record_place(lightmesh_cache_cell.taps[k]);
+            vec3 normal = k < 0 ? at.normal : lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
             is_bent = !lightmesh_cache_is_zero(normal) && lightmesh_cache_is_cut(light, place, normal);
         }
         if (is_bent && lightmesh_cache_is_grazing(light, at, limit))
@@ -948,16 +955,18 @@ struct LightmeshCacheLevel {
     uint force;   // least share of the next level
     uint fade;    // greatest share
     uint window;  // weight of the probe
+    uvec4 probe;  // its row
     bool is_last;
 };
 
 // Adds what a level's records say of four lights: what `blend_level` of the library's kernels does.
-void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, LightmeshCacheCell cell, uint words[8], uint probe_word,
-                           LightmeshCacheLevel level) {
+void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, LightmeshCacheLevel level) {
     uvec4 value = uvec4(0u), least = uvec4(255u), greatest = uvec4(0u);
-    for (int k = 0; k < cell.tap_count; ++k) {
+    uint words[8];
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        words[k] = lightmesh_cache_row_word(lightmesh_cache_cell.rows[k], word);
         uvec4 bytes = lightmesh_cache_bytes(words[k]);
-        value += cell.weights[k] * bytes;
+        value += lightmesh_cache_cell.weights[k] * bytes;
         least = min(least, bytes);
         greatest = max(greatest, bytes);
     }
@@ -968,24 +977,25 @@ void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, LightmeshCacheCe
         return;
     }
     uvec4 spread = uvec4(0u);
-    for (int k = 0; k < cell.tap_count; ++k) {
+    bool is_uniform = least == greatest;
+    for (int k = 0; k < lightmesh_cache_cell.tap_count && !is_uniform; ++k) {
         uvec4 bytes = lightmesh_cache_bytes(words[k]) << 8;
         uvec4 apart = max(bytes, value) - min(bytes, value);
-        spread = max(spread, apart * min(4u * cell.weights[k], 32768u) >> 15);
+        spread = max(spread, apart * min(4u * lightmesh_cache_cell.weights[k], 32768u) >> 15);
     }
     uvec4 twice = min(2u * value, uvec4(65280u));
     spread = spread * (512u - (twice >> 8)) >> 8;
     uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
     uvec4 beta = (t * t >> 15) * (98304u - 2u * t) >> 15;
     if (level.window != 0u) {
-        uvec4 probe = lightmesh_cache_bytes(probe_word);
+        uvec4 probe = lightmesh_cache_bytes(lightmesh_cache_row_word(level.probe, word));
         uvec4 is_missed = (uvec4(equal(probe, uvec4(0u))) & uvec4(greaterThan(least, uvec4(153u)))) |
                           (uvec4(equal(probe, uvec4(255u))) & uvec4(lessThan(greatest, uvec4(102u)))) |
                           (uvec4(equal(probe, uvec4(127u))) &
                            (uvec4(equal(least, uvec4(255u))) | uvec4(equal(greatest, uvec4(0u)))));
         beta = max(beta, is_missed * level.window);
     }
-    beta = max(beta, uvec4(greaterThan(greatest, uvec4(0u))) * cell.missing);
+    beta = max(beta, uvec4(greaterThan(greatest, uvec4(0u))) * lightmesh_cache_cell.missing);
     beta = max(beta, uvec4(level.force));
     beta = beta * (level.fade >> 1) >> 14;
     uvec4 rest = left * beta >> 15;
@@ -1004,108 +1014,97 @@ uint lightmesh_cache_mask(uvec4 lanes) {
     return set.x | set.y << 1 | set.z << 2 | set.w << 3;
 }
 
-// Finds S of lights along one way, as 2^23 * 255 for 1. Those for which something is lacking come back.
-uvec2 lightmesh_cache_find_along(inout LightmeshCachePoint at, int turn, uint tile, uvec2 lights, uvec2 smooth_lights,
-                                 inout LightmeshCacheTile shares) {
+// What a query has found so far of a tile, as 2^23 * 255 for 1, and 16 bits for each light of what is left for finer
+// levels, of 2^15.
+uvec4 lightmesh_cache_found[16];
+uvec2 lightmesh_cache_left[16];
+
+// Finds S of lights along one way. Those for which something is lacking come back.
+uvec2 lightmesh_cache_find_along(inout LightmeshCachePoint at, int turn, uint tile, uvec2 lights,
+                                 uvec2 smooth_lights) {
     uvec2 unknown = uvec2(0u);
-    uvec2 left[16];  // 16 bits for each light, of 2^15; what no level has touched has all left
     bool is_first = true;
     int finest = lightmesh_cache_finest();
     bool has_exact_edges = (lightmesh_cache_places[0].w & 256u) != 0u;
     ivec3 axes = lightmesh_cache_axes(at.ways[turn]);
     for (int k = 0; k < 16; ++k)
-        shares.values[k] = uvec4(0u);
+        lightmesh_cache_found[k] = uvec4(0u);
     for (int level = at.first_level; (lights.x | lights.y) != 0u; ++level) {
         int next = level < finest ? lightmesh_cache_share_of(at, level + 1) : 0;
         bool is_last = next == 0;
-        LightmeshCacheCell cell;
-        lightmesh_cache_make_cell(cell, at, turn, level);
-        if (cell.lacks != 0u || (cell.tap_count == 0 && is_last)) {
-            at.lacks |= cell.lacks != 0u ? cell.lacks : lightmesh_cache_lacks_rays;
-            return unknown | lights;
+        lightmesh_cache_make_cell(at, turn, level);
+        int taps = lightmesh_cache_cell.tap_count;
+        if (lightmesh_cache_cell.lacks != 0u || (taps == 0 && is_last)) {
+            at.lacks |= lightmesh_cache_cell.lacks != 0u ? lightmesh_cache_cell.lacks : lightmesh_cache_lacks_rays;
+            unknown |= lights;
+            break;
         }
-        if (cell.tap_count == 0)
+        if (taps == 0)
             continue;
         uvec2 bending = lights & smooth_lights;
         if ((bending.x | bending.y) != 0u) {
-            uvec2 bent = lightmesh_cache_bent(cell, at, tile, bending);
-            if ((bent.x | bent.y) != 0u) {
-                at.lacks |= lightmesh_cache_lacks_rays;
-                unknown |= bent;
-                lights &= ~bent;
-            }
+            uvec2 bent = lightmesh_cache_bent(at, tile, bending);
+            at.lacks |= (bent.x | bent.y) != 0u ? lightmesh_cache_lacks_rays : 0u;
+            unknown |= bent;
+            lights &= ~bent;
         }
-        bool is_base = level >= 9;
-        bool is_exact = is_last && has_exact_edges;
+        bool is_base = level >= 9, is_exact = is_last && has_exact_edges;
         LightmeshCacheLevel how;
         how.is_last = is_last && !is_exact;
         how.force = is_exact || is_base ? 0u : 32768u;
         how.fade = uint(is_exact ? 32768 : next);
         how.window = 0u;
-        uint probe = 0u;
+        how.probe = uvec4(0u);
+        uvec2 known = uvec2(~0u);
         if (is_base && level < 11 && !is_last) {
-            ivec2 inside = min(cell.at, 32768 - cell.at);
+            ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
             how.window = uint(min(8 * min(inside.x, inside.y), 32768));
-            probe = lightmesh_cache_find_probe(cell, at.ways[turn], axes, level);
+            uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.ways[turn], axes, level) : 0u;
+            if (probe != 0u)
+                how.probe = lightmesh_cache_record_row(probe, tile);
+            if (how.window != 0u)
+                known = how.probe.zw;
         }
-        bool needs_probe = how.window != 0u;
-        uvec4 rows[8];
-        for (int k = 0; k < cell.tap_count; ++k)
-            rows[k] = lightmesh_cache_record_row(cell.taps[k], tile);
-        uvec4 probe_row = needs_probe && probe != 0u ? lightmesh_cache_record_row(probe, tile) : uvec4(0u);
-        uvec2 known = needs_probe ? probe_row.zw : uvec2(~0u);
-        for (int k = 0; k < cell.tap_count; ++k)
-            known &= rows[k].zw;
+        for (int k = 0; k < taps; ++k) {
+            uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.taps[k], tile);
+            lightmesh_cache_cell.rows[k] = row;
+            known &= row.zw;
+        }
         uvec2 lacking = lights & ~known;
-        if ((lacking.x | lacking.y) != 0u) {
-            at.lacks |= lightmesh_cache_lacks_values;
-            unknown |= lacking;
-            lights &= known;
-        }
-        uvec2 asking = lights;
+        at.lacks |= (lacking.x | lacking.y) != 0u ? lightmesh_cache_lacks_values : 0u;
+        unknown |= lacking;
+        uvec2 asking = lights & known;
         lights = uvec2(0u);
         for (uint word = 0u; word < 16u; ++word) {
-            uint asked = ((word < 8u ? asking.x : asking.y) >> (4u * (word & 7u))) & 15u;
+            uint shift = 4u * (word & 7u), asked = ((word < 8u ? asking.x : asking.y) >> shift) & 15u;
             if (asked == 0u)
                 continue;
-            uint words[8];
-            for (int k = 0; k < cell.tap_count; ++k)
-                words[k] = lightmesh_cache_row_word(rows[k], word);
-            uint probed = needs_probe ? lightmesh_cache_row_word(probe_row, word) : 0u;
-            uvec4 lanes = lightmesh_cache_lanes(asked);
-            uvec4 rest = lanes * 32768u;
+            uvec4 lanes = lightmesh_cache_lanes(asked), rest = lanes * 32768u, found = uvec4(0u);
             if (!is_first) {
-                uvec2 packed = left[word];
-                rest = lanes * uvec4(packed.x & 0xffffu, packed.x >> 16, packed.y & 0xffffu, packed.y >> 16);
+                found = lightmesh_cache_found[word];
+                uvec2 left = lightmesh_cache_left[word];
+                rest = lanes * uvec4(left.x & 0xffffu, left.x >> 16, left.y & 0xffffu, left.y >> 16);
             }
-            lightmesh_cache_blend(shares.values[word], rest, cell, words, probed, how);
-            left[word] = uvec2(rest.x | rest.y << 16, rest.z | rest.w << 16);
-            uint going_on = lightmesh_cache_mask(rest) << (4u * (word & 7u));
-            if (word < 8u)
-                lights.x |= going_on;
-            else
-                lights.y |= going_on;
+            lightmesh_cache_blend(found, rest, word, how);
+            lightmesh_cache_found[word] = found;
+            uint going_on = lightmesh_cache_mask(rest);
+            if (going_on != 0u)
+                lightmesh_cache_left[word] = uvec2(rest.x | rest.y << 16, rest.z | rest.w << 16);
+            lights |= word < 8u ? uvec2(going_on << shift, 0u) : uvec2(0u, going_on << shift);
         }
         is_first = false;
         if (is_exact && (lights.x | lights.y) != 0u) {
             at.lacks |= lightmesh_cache_lacks_rays;
-            return unknown | lights;
+            unknown |= lights;
+            break;
         }
     }
     return unknown;
 }
 
-// Adds the product of found visibilities and a way's weight.
-void lightmesh_cache_add_way(inout uvec4 low, inout uvec4 high, uvec4 found, uint weight) {
-    uvec4 product_high, product_low;
-    umulExtended(found, uvec4(weight), product_high, product_low);
-    low += product_low;
-    high += product_high + uvec4(lessThan(low, product_low));
-}
-
 // The float nearest to a double nearest to a sum's share of 2^38 * 255.
 uint lightmesh_cache_share_bits(uint low, uint high) {
-    uvec2 sum = lightmesh_double_normalize(0u, 62, uvec2(low, high));
+    uvec2 sum = lightmesh_double_round(0u, 63, uvec2(low, high));
     return floatBitsToUint(lightmesh_double_to_float(lightmesh_double_divide(sum, uvec2(0u, 0x42cfe000u))));
 }
 
@@ -1130,22 +1129,28 @@ void lightmesh_cache_find(inout LightmeshCachePoint at, uint tile, uvec2 asked, 
     uvec2 by_rays = at.way_count == 0 ? lights : smooth_lights & ~lights;
     if ((by_rays.x | by_rays.y) != 0u)
         at.lacks |= lightmesh_cache_lacks_rays;
-    uvec4 low[16], high[16];
+    // Of several ways the sum, of which the upper words stand in `shares` until it is whole.
+    uint words = (count + 3u) / 4u;
+    shares.is_float = at.way_count > 1;
+    uvec4 low[16];
     for (int turn = 0; turn < at.way_count; ++turn) {
-        shares.unknown |= lightmesh_cache_find_along(at, turn, tile, lights, smooth_lights, shares);
-        if (at.way_count == 1)
-            break;
-        for (int k = 0; k < 16; ++k) {
-            if (turn == 0)
-                low[k] = high[k] = uvec4(0u);
-            lightmesh_cache_add_way(low[k], high[k], shares.values[k], uint(at.way_weights[turn]));
+        shares.unknown |= lightmesh_cache_find_along(at, turn, tile, lights, smooth_lights);
+        for (uint k = 0u; k < words; ++k) {
+            uvec4 found = lightmesh_cache_found[k], high = uvec4(0u);
+            if (shares.is_float) {
+                umulExtended(found, uvec4(uint(at.way_weights[turn])), high, found);
+                if (turn > 0) {
+                    found += low[k];
+                    high += shares.values[k] + uvec4(lessThan(found, low[k]));
+                }
+                low[k] = found;
+                found = high;
+            }
+            shares.values[k] = found;
         }
     }
-    if (at.way_count > 1) {
-        shares.is_float = true;
-        for (int l = 0; l < 64; ++l)
-            shares.values[l >> 2][l & 3] = lightmesh_cache_share_bits(low[l >> 2][l & 3], high[l >> 2][l & 3]);
-    }
+    for (uint l = 0u; l < count && shares.is_float; ++l)
+        shares.values[l >> 2][l & 3u] = lightmesh_cache_share_bits(low[l >> 2][l & 3u], shares.values[l >> 2][l & 3u]);
     shares.unknown |= by_rays;
 }
 
