@@ -1,42 +1,42 @@
 // SPDX-License-Identifier: MIT
 // S of a visibility cache in shaders: what `SnapshotView::visibility` says of a cache's snapshot, to the bit.
 //
-//     #define LIGHTMESH_CACHE_SET 0                    // these are what is taken if none is given
-//     #define LIGHTMESH_CACHE_BINDING 0                // the first of three
-//     bool is_blocked(vec3 from, vec3 to);             // your own rays, if you have any
-//     #define LIGHTMESH_OCCLUDED(from, to) is_blocked(from, to)
+//     #define LIGHTMESH_CACHE_SET 0
+//     #define LIGHTMESH_CACHE_BINDING 0          // this storage buffer and the two after it
 //     #include <lightmesh/gpu/cache.glsl>
+//     bool lightmesh_is_open(vec3 from, vec3 to) { return !...; }    // rays: yours
 //
-//     LightmeshCachePoint at = lightmesh_cache_point(P, n, footprint, vec3(0.0));
-//     LightmeshCacheTile shares;
-//     for (uint tile = 0u; tile < lightmesh_cache_tile_count(); ++tile) {
-//         lightmesh_cache_find(at, tile, uvec2(~0u), shares);
-//         for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
-//             if (lightmesh_cache_is_known(shares, l))
-//                 sum += lightmesh_cache_share(shares, l) * Omega(64u * tile + l, P);
+//     LightMeshCachePoint at = lightmesh_cache_point(P, n, footprint, shading_normal);    // 0, vec3(0.0): none
+//     LightMeshCacheTile tile;
+//     for (uint t = 0u; t < lightmesh_cache_tile_count(); ++t) {     // 64 lights at a time
+//         lightmesh_cache_find(at, t, uvec2(~0u), tile);
+//         for (uint l = 0u; l < lightmesh_cache_tile_size(t); ++l)
+//             if (lightmesh_cache_is_known(tile, l))
+//                 color += light[64u * t + l] * lightmesh_cache_share(tile, l);
 //     }
 //     if (at.lacks != 0u)
 //         lightmesh_cache_request(at, pixel);
 //
-// Buffers, all of them storage buffers, which `CacheUpload` makes of a snapshot:
-//     binding + 0  what is known of places: settings, records, lights
-//     binding + 1  the bytes of the visibilities
-//     binding + 2  requests, written by the shader: see `CacheUpload::request_bytes`
-//
 // What is not known is told apart from dark. `at.lacks` says why:
-//     lightmesh_cache_lacks_values  the snapshot has no record or value for it. `VisibilityCache::fill` of the
+//     lightmesh_cache_lacks_values  the snapshot has no record or no value for it. `VisibilityCache::fill` of the
 //                                   requested points finds it for the next snapshot.
-//     lightmesh_cache_lacks_rays    it takes rays that no cache keeps: from the point to lattice points, against
-//                                   leaks, where LIGHTMESH_OCCLUDED is not defined; or from the point to lamps,
-//                                   where no record serves it, or where a smooth surface bends away from its
-//                                   facets. `VisibilityCache::visibility` of the requested points has the answer.
-//     lightmesh_cache_lacks_place   the point or its normal is not finite, or lies outside the lattice. A request
-//                                   is not made.
+//     lightmesh_cache_lacks_rays    it takes rays that no cache keeps: to lamps from the point itself, where no
+//                                   record serves it, or where a smooth surface bends away from its facets. And
+//                                   against leaks, without lightmesh_is_open. `VisibilityCache::visibility` of the
+//                                   requested points has the answer.
+//     lightmesh_cache_lacks_place   the point or its normal is not finite, or lies outside the lattice. No request is
+//                                   made.
 //
-// LIGHTMESH_OCCLUDED says whether something lies between two points of a segment, as the `occluded` of the cache's
-// tracer. It is called for few points, up to eight times for each level of the cache. Every number here that
-// decides anything is an integer, a float without contraction, or a double by integers (doubles.glsl). It takes
-// Vulkan 1.0 without any optional feature.
+// lightmesh_is_open says whether nothing lies on the segment between two points, as the cache's tracer sees it. It is
+// asked for few points, up to eight times for each level of the cache.
+//
+// Macros, to be defined before the include:
+//     LIGHTMESH_CACHE_SET, LIGHTMESH_CACHE_BINDING   where the buffers are bound; 0 and 0
+//     LIGHTMESH_NO_RAYS                              there is no lightmesh_is_open: what needs a ray is not known
+//
+// GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to storage
+// buffers. Sums and products must round to nearest, as they do on all GPUs; what decides anything is an integer, such
+// a float, or a double by integers (doubles.glsl). One query at a time: it works in variables of this file.
 #ifndef LIGHTMESH_CACHE_GLSL
 #define LIGHTMESH_CACHE_GLSL
 
@@ -49,6 +49,10 @@
 #define LIGHTMESH_CACHE_BINDING 0
 #endif
 
+#ifndef LIGHTMESH_NO_RAYS
+bool lightmesh_is_open(vec3 from, vec3 to);
+#endif
+
 // As `CacheUpload` lays them out:
 //     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges
 //     where slots | records | tiles | lights begin
@@ -59,23 +63,23 @@
 //                        z of the normal and links | lattice index and whether it is on a surface | first tile | tiles
 //     tiles: number of the tile and, 24 bits higher, which octets it has | first octet | known lights
 //     lights, six each: see `lightmesh_cache_light_*`
-layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING) readonly buffer LightmeshCachePlaces {
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING) readonly buffer LightMeshCachePlaces {
     uvec4 lightmesh_cache_places[];
 };
-layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 1) readonly buffer LightmeshCacheOctets {
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 1) readonly buffer LightMeshCacheOctets {
     uint lightmesh_cache_words[];
 };
 
-struct LightmeshCacheRequest {
+struct LightMeshCacheRequest {
     vec4 position;        // w: footprint
     vec4 normal;          // w: bits of the number that the shader gave
     vec4 shading_normal;  // w: bits of what the point lacks
 };
-layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 2) buffer LightmeshCacheRequests {
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 2) buffer LightMeshCacheRequests {
     uint lightmesh_cache_request_count;  // of points that asked, also those for which there was no room
     uint lightmesh_cache_request_room;
     uvec2 lightmesh_cache_request_unused;
-    LightmeshCacheRequest lightmesh_cache_requests[];
+    LightMeshCacheRequest lightmesh_cache_requests[];
 };
 
 const uint lightmesh_cache_lacks_values = 1u;
@@ -83,7 +87,7 @@ const uint lightmesh_cache_lacks_rays = 2u;
 const uint lightmesh_cache_lacks_place = 4u;
 
 // A surface point with what is the same for all tiles of lights.
-struct LightmeshCachePoint {
+struct LightMeshCachePoint {
     vec3 position;
     vec3 normal;  // of length 1, or 0
     float footprint;
@@ -104,7 +108,7 @@ struct LightmeshCachePoint {
 };
 
 // S of a tile of 64 lights.
-struct LightmeshCacheTile {
+struct LightMeshCacheTile {
     uvec2 unknown;     // lights whose S is not known
     bool is_float;     // whether the values are
     uvec4 values[16];  // four lights each
@@ -122,19 +126,19 @@ uint lightmesh_cache_tile_size(uint tile) {
 }
 
 // Whether S of the l-th light of a tile is known.
-bool lightmesh_cache_is_known(LightmeshCacheTile tile, uint l) {
+bool lightmesh_cache_is_known(LightMeshCacheTile tile, uint l) {
     return (((l < 32u ? tile.unknown.x : tile.unknown.y) >> (l & 31u)) & 1u) == 0u;
 }
 
 // S of the l-th light of a tile, 0 to 1; without meaning where it is not known.
-float lightmesh_cache_share(LightmeshCacheTile tile, uint l) {
+float lightmesh_cache_share(LightMeshCacheTile tile, uint l) {
     uint value = tile.values[l >> 2][l & 3u];
     precise float share = float(value) * uintBitsToFloat(0x30008081u);  // 2^-23 / 255
     return tile.is_float ? uintBitsToFloat(value) : share;
 }
 
 // Asks for a point. `id` comes back with it.
-void lightmesh_cache_request(LightmeshCachePoint at, uint id) {
+void lightmesh_cache_request(LightMeshCachePoint at, uint id) {
     if ((at.lacks & ~lightmesh_cache_lacks_place) == 0u)
         return;
     uint i = atomicAdd(lightmesh_cache_request_count, 1u);
@@ -199,17 +203,17 @@ float lightmesh_cache_dot(vec3 a, vec3 b) {
     return sum;
 }
 
-struct LightmeshCacheDoubles {
+struct LightMeshCacheDoubles {
     uvec2 x[3];
 };
 
-LightmeshCacheDoubles lightmesh_cache_doubles(vec3 v) {
-    return LightmeshCacheDoubles(
+LightMeshCacheDoubles lightmesh_cache_doubles(vec3 v) {
+    return LightMeshCacheDoubles(
         uvec2[3](lightmesh_double_of(v.x), lightmesh_double_of(v.y), lightmesh_double_of(v.z)));
 }
 
 // a . b, added from the first component to the last.
-uvec2 lightmesh_cache_double_dot(LightmeshCacheDoubles a, LightmeshCacheDoubles b) {
+uvec2 lightmesh_cache_double_dot(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
     uvec2 sum = uvec2(0u);
     for (int axis = 0; axis < 3; ++axis)
         sum = lightmesh_double_add(sum, lightmesh_double_multiply(a.x[axis], b.x[axis]));
@@ -236,7 +240,7 @@ vec3 lightmesh_cache_unit(vec3 v) {
 bool lightmesh_cache_is_unit(vec3 v) {
     if (abs(lightmesh_cache_dot(v, v) - 1.0) < 1e-7)
         return true;
-    LightmeshCacheDoubles doubles = lightmesh_cache_doubles(v);
+    LightMeshCacheDoubles doubles = lightmesh_cache_doubles(v);
     uvec2 off = lightmesh_double_subtract(lightmesh_cache_double_dot(doubles, doubles), lightmesh_cache_one);
     return lightmesh_double_less(lightmesh_double_abs(off), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
 }
@@ -260,7 +264,7 @@ int lightmesh_cache_weight_of(uvec2 share) {
 }
 
 // How much levels may say, by the footprint: less within the last fifth of an octave, which is one level at most.
-void lightmesh_cache_find_levels(inout LightmeshCachePoint at) {
+void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
     at.full_level = 15;
     at.part = 0;
     at.first_level = 9;
@@ -287,12 +291,12 @@ void lightmesh_cache_find_levels(inout LightmeshCachePoint at) {
     }
 }
 
-int lightmesh_cache_share_of(LightmeshCachePoint at, int level) {
+int lightmesh_cache_share_of(LightMeshCachePoint at, int level) {
     return level <= at.full_level ? 32768 : level == at.full_level + 1 ? at.part : 0;
 }
 
 // The ways along which records fall.
-void lightmesh_cache_find_ways(inout LightmeshCachePoint at) {
+void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
     at.way_count = 0;
     if (lightmesh_cache_is_zero(at.normal))
         return;
@@ -340,8 +344,8 @@ bool lightmesh_cache_is_inside(vec3 position) {
 
 // A point to ask for. The normal is the geometric one, on the side that is shaded. Footprint and shading normal as in
 // `SurfacePoint`: 0 if there is none.
-LightmeshCachePoint lightmesh_cache_point(vec3 position, vec3 normal, float footprint, vec3 shading_normal) {
-    LightmeshCachePoint at;
+LightMeshCachePoint lightmesh_cache_point(vec3 position, vec3 normal, float footprint, vec3 shading_normal) {
+    LightMeshCachePoint at;
     at.position = position;
     at.given_normal = normal;
     at.footprint = footprint > 0.0 ? footprint : 0.0;
@@ -401,8 +405,8 @@ bool lightmesh_cache_faces(vec3 at, bool is_directional, vec3 point, vec3 normal
         return sum > 0.0;
     uvec2 height[2];
     for (int i = 0; i < 2; ++i)
-        height[i] = lightmesh_cache_double_dot(lightmesh_cache_doubles(i == 0 ? at : is_directional ? vec3(0.0) : point),
-                                               lightmesh_cache_doubles(normal));
+        height[i] = lightmesh_cache_double_dot(
+            lightmesh_cache_doubles(i == 0 ? at : is_directional ? vec3(0.0) : point), lightmesh_cache_doubles(normal));
     return !lightmesh_double_less(height[0], height[1]);
 }
 
@@ -413,21 +417,21 @@ bool lightmesh_cache_in_range(vec3 at, float range, vec3 point) {
     float squared = dot(way, way), limit = range * range;
     if (abs(squared - limit) > 1e-6 * limit + 1e-36)
         return squared < limit;
-    LightmeshCacheDoubles doubles = lightmesh_cache_doubles(way);
+    LightMeshCacheDoubles doubles = lightmesh_cache_doubles(way);
     return !lightmesh_double_less(lightmesh_cache_double_square(lightmesh_double_of(range)),
                                   lightmesh_cache_double_dot(doubles, doubles));
 }
 
 bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 way) {
     uvec4 first = lightmesh_cache_light(light, 2u), second = lightmesh_cache_light(light, 3u);
-    LightmeshCacheDoubles axis = LightmeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
-    LightmeshCacheDoubles w = lightmesh_cache_doubles(way);
+    LightMeshCacheDoubles axis = LightMeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
+    LightMeshCacheDoubles w = lightmesh_cache_doubles(way);
     uvec2 along = lightmesh_cache_double_dot(axis, w);
     bool is_before = !lightmesh_double_less(along, uvec2(0u));
     if (is_before == is_wide)
         return is_wide;
     // The square of cross(axis, way).
-    LightmeshCacheDoubles across;
+    LightMeshCacheDoubles across;
     for (int i = 0; i < 3; ++i) {
         int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
         across.x[i] = lightmesh_double_subtract(lightmesh_double_multiply(axis.x[u], w.x[v]),
@@ -465,7 +469,7 @@ void lightmesh_cache_add(inout uvec2 lights, uint l) {
 
 // Which of the asked lights of a tile can reach the point, chi of equation (3), range and cone: by its normal, and by
 // its smooth one.
-uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightmeshCachePoint at) {
+uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
     uvec2 found[2] = uvec2[2](uvec2(0u), uvec2(0u));
     uint count = lightmesh_cache_tile_size(tile) * (at.is_smooth ? 2u : 1u);
     for (uint i = 0u; i < count; ++i) {
@@ -533,7 +537,7 @@ uint lightmesh_cache_row_word(uvec4 row, uint word) {
 
 // ---- a cell of four records
 
-struct LightmeshCacheCell {
+struct LightMeshCacheCell {
     ivec2 corner;    // the least indices along u and v
     ivec4 along;     // the indices along the axis of the way that records fall
     ivec2 at;        // the point's place in the cell, of 2^15
@@ -548,7 +552,7 @@ struct LightmeshCacheCell {
     uint lacks;      // why it is not known
 };
 // The one in work: passed from function to function it would be copied.
-LightmeshCacheCell lightmesh_cache_cell;
+LightMeshCacheCell lightmesh_cache_cell;
 
 ivec3 lightmesh_cache_axes(int way) {
     int axis = way >> 1;
@@ -572,16 +576,16 @@ vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
     return point;
 }
 
-void lightmesh_cache_place(LightmeshCachePoint at, int way, ivec3 axes, int level) {
+void lightmesh_cache_place(LightMeshCachePoint at, int way, ivec3 axes, int level) {
     bool is_up = (way & 1) == 0;
     uvec2 height;
     ivec2 corner;
     vec2 fraction;
     for (int i = 0; i < 3; ++i) {
         int axis = axes[i];
-        uvec2 located = lightmesh_double_multiply(
-            lightmesh_double_subtract(lightmesh_double_of(at.position[axis]), lightmesh_cache_level_origin(level, axis)),
-            lightmesh_cache_level_per_step(level));
+        uvec2 way_there = lightmesh_double_subtract(lightmesh_double_of(at.position[axis]),
+                                                    lightmesh_cache_level_origin(level, axis));
+        uvec2 located = lightmesh_double_multiply(way_there, lightmesh_cache_level_per_step(level));
         if (i == 0) {
             height = is_up ? lightmesh_double_negate(located) : located;
         } else {
@@ -616,13 +620,12 @@ void lightmesh_cache_place(LightmeshCachePoint at, int way, ivec3 axes, int leve
     }
 }
 
-// Whether something lies between; without rays that is not known.
 bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
-#ifdef LIGHTMESH_OCCLUDED
-    return !LIGHTMESH_OCCLUDED(from, to);
-#else
+#ifdef LIGHTMESH_NO_RAYS
     lacks |= lightmesh_cache_lacks_rays;
     return false;
+#else
+    return lightmesh_is_open(from, to);
 #endif
 }
 
@@ -657,7 +660,7 @@ bool lightmesh_cache_is_same(vec3 a, vec3 b) {
 }
 
 // How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them.
-uint lightmesh_cache_fit(uint record, LightmeshCachePoint at, int level) {
+uint lightmesh_cache_fit(uint record, LightMeshCachePoint at, int level) {
     if (!lightmesh_cache_record_is_on_surface(record))
         return 0u;
     precise vec3 way = lightmesh_cache_record_place(record) - at.position;
@@ -673,9 +676,11 @@ uint lightmesh_cache_fit(uint record, LightmeshCachePoint at, int level) {
         uvec2 less = i == 0 ? lightmesh_double_abs(dots[0]) : uvec2(0xcccccccdu, 0x3fe4ccccu);            // .65
         uvec2 by = i == 0 ? lightmesh_cache_level_per_fifth(level) : uvec2(0u, 0x40240000u);  // 10
         uvec2 part = lightmesh_double_multiply(lightmesh_double_subtract(from, less), by);
-        shares[i] = lightmesh_double_is_negative(part) ? 0
-                    : !lightmesh_double_less(part, lightmesh_cache_one) ? 256
-                                                                     : lightmesh_double_floor(lightmesh_double_scale(part, 8));
+        shares[i] = 0;
+        if (!lightmesh_double_is_negative(part))
+            shares[i] = lightmesh_double_less(part, lightmesh_cache_one)
+                            ? lightmesh_double_floor(lightmesh_double_scale(part, 8))
+                            : 256;
     }
     uint share = uint(shares[0] * shares[1] >> 8);
     uvec2 least = lightmesh_double_add(
@@ -687,7 +692,7 @@ uint lightmesh_cache_fit(uint record, LightmeshCachePoint at, int level) {
 
 // Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
 // over links.
-uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightmeshCachePoint at,
+uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint at,
                                 ivec3 axes, int level, inout uint lacks) {
     vec3 end = lightmesh_cache_off_surface(at.position, at.normal, level);
     uint seen = 0u;
@@ -752,7 +757,7 @@ void lightmesh_cache_add_tap(uint record, uint weight) {
     ++lightmesh_cache_cell.tap_count;
 }
 
-void lightmesh_cache_make_taps(inout LightmeshCachePoint at, int turn, int way, ivec3 axes, int level) {
+void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int way, ivec3 axes, int level) {
     ivec2 place = lightmesh_cache_cell.at;
     int both = int(uint(place.x) * uint(place.y) >> 15);
     ivec4 weights = ivec4(32768 - place.x - place.y + both, place.x - both, place.y - both, both);
@@ -813,7 +818,7 @@ void lightmesh_cache_make_taps(inout LightmeshCachePoint at, int turn, int way, 
 }
 
 // The cell of a level about the point, with the records that serve it.
-void lightmesh_cache_make_cell(inout LightmeshCachePoint at, int turn, int level) {
+void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level) {
     int way = at.ways[turn];
     ivec3 axes = lightmesh_cache_axes(way);
     lightmesh_cache_cell.lacks = 0u;
@@ -884,7 +889,7 @@ bool lightmesh_cache_is_cut(uint light, vec3 place, vec3 normal) {
     uvec2 extent = is_rectangle ? uvec2(0u) : second.zw;
     uvec2 height;
     for (int i = is_rectangle ? 0 : 2; i < 3; ++i) {
-        LightmeshCacheDoubles along = lightmesh_cache_doubles(i == 0 ? half_u : i == 1 ? half_v : at);
+        LightMeshCacheDoubles along = lightmesh_cache_doubles(i == 0 ? half_u : i == 1 ? half_v : at);
         for (int axis = 0; axis < 3 && i == 2 && !is_directional; ++axis)
             along.x[axis] = lightmesh_double_subtract(along.x[axis], lightmesh_double_of(place[axis]));
         height = lightmesh_cache_double_dot(along, lightmesh_cache_doubles(normal));
@@ -900,11 +905,11 @@ uvec2 lightmesh_cache_to_float_precision(uvec2 a) {
 
 // Whether some part of the lamp may be nearer to the point's tangent plane, or farther below it, than an angle of
 // which the squared sine is given.
-bool lightmesh_cache_is_grazing(uint light, LightmeshCachePoint point, float sine_squared) {
+bool lightmesh_cache_is_grazing(uint light, LightMeshCachePoint point, float sine_squared) {
     uvec4 first = lightmesh_cache_light(light, 0u);
     vec3 at = uintBitsToFloat(first.xyz);
     precise vec3 way = (first.w & lightmesh_cache_directional) != 0u ? at : at - point.position;
-    LightmeshCacheDoubles w = lightmesh_cache_doubles(way);
+    LightMeshCacheDoubles w = lightmesh_cache_doubles(way);
     uvec2 height = lightmesh_cache_to_float_precision(lightmesh_double_subtract(
         lightmesh_cache_double_dot(w, lightmesh_cache_doubles(point.normal)), lightmesh_cache_light(light, 1u).zw));
     if (lightmesh_double_less(height, uvec2(0u)))
@@ -916,7 +921,7 @@ bool lightmesh_cache_is_grazing(uint light, LightmeshCachePoint point, float sin
 
 // The lights about which the geometric normal of the point, or of a record that serves it, says something else than
 // the smooth surface does.
-uvec2 lightmesh_cache_bent(LightmeshCachePoint at, uint tile, uvec2 lights) {
+uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
     float sine_squared = 0.0;
     for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
         vec3 other = lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
@@ -951,7 +956,7 @@ uvec4 lightmesh_cache_bytes(uint word) {
 }
 
 // What makes a level give way to the next one.
-struct LightmeshCacheLevel {
+struct LightMeshCacheLevel {
     uint force;   // least share of the next level
     uint fade;    // greatest share
     uint window;  // weight of the probe
@@ -960,7 +965,7 @@ struct LightmeshCacheLevel {
 };
 
 // Adds what a level's records say of four lights: what `blend_level` of the library's kernels does.
-void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, LightmeshCacheLevel level) {
+void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, LightMeshCacheLevel level) {
     uvec4 value = uvec4(0u), least = uvec4(255u), greatest = uvec4(0u);
     uint words[8];
     for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
@@ -1020,7 +1025,7 @@ uvec4 lightmesh_cache_found[16];
 uvec2 lightmesh_cache_left[16];
 
 // Finds S of lights along one way. Those for which something is lacking come back.
-uvec2 lightmesh_cache_find_along(inout LightmeshCachePoint at, int turn, uint tile, uvec2 lights,
+uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint tile, uvec2 lights,
                                  uvec2 smooth_lights) {
     uvec2 unknown = uvec2(0u);
     bool is_first = true;
@@ -1049,7 +1054,7 @@ uvec2 lightmesh_cache_find_along(inout LightmeshCachePoint at, int turn, uint ti
             lights &= ~bent;
         }
         bool is_base = level >= 9, is_exact = is_last && has_exact_edges;
-        LightmeshCacheLevel how;
+        LightMeshCacheLevel how;
         how.is_last = is_last && !is_exact;
         how.force = is_exact || is_base ? 0u : 32768u;
         how.fade = uint(is_exact ? 32768 : next);
@@ -1109,7 +1114,7 @@ uint lightmesh_cache_share_bits(uint low, uint high) {
 }
 
 // S of the asked lights of a tile; 0 for others. What is not known is marked, and why is added to `at.lacks`.
-void lightmesh_cache_find(inout LightmeshCachePoint at, uint tile, uvec2 asked, out LightmeshCacheTile shares) {
+void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, out LightMeshCacheTile shares) {
     shares.is_float = false;
     shares.unknown = uvec2(0u);
     for (int k = 0; k < 16; ++k)

@@ -9,6 +9,7 @@
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/cache/snapshot_reader.hpp>
+#include <lightmesh/gpu/upload.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/snapshot.hpp>
@@ -26,6 +27,7 @@
 #include <limits>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -41,60 +43,71 @@ struct CacheRequest {
     bool lacks_rays = false;
 };
 
-/// What `lightmesh/gpu/cache.glsl` needs of a cache's snapshot: bytes for two storage buffers, and those of a
-/// third one in which shaders ask for what they do not know.
+/// A cache as shaders read it (see cache.glsl): what to bind. Made from a `SnapshotView`, which has checked
+/// all bytes. Lamp rows and blur rows alike; any number of lights and of levels.
 ///
-///     lightmesh::CacheUpload upload{view};                 // a SnapshotView of a cache
-///     copy upload.places() to binding + 0, upload.values() to binding + 1
-///     copy CacheUpload::empty_requests(1000) to binding + 2, dispatch, read it back
-///     for (const auto& request : CacheUpload::requests(bytes)) ...
-///
-/// Lamp rows and blur rows alike. Any number of lights up to 2^22, and up to 2^27 records.
+///     CacheUpload upload{view};                                      // a SnapshotView of a cache
+///     for (const UploadBuffer& buffer : upload.buffers())  ...       // create and bind them
+///     ... and a request buffer, CacheUpload::empty_requests(1000), as requests_binding. After a run:
+///     for (const CacheRequest& request : CacheUpload::requests(bytes))  ...      // fill, take a snapshot,
+///     upload
 class CacheUpload {
 public:
-    /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh, std::length_error
-    /// if it is too large for the shader's indices, and std::bad_alloc.
+    static constexpr std::uint32_t buffer_count = 2;
+    static constexpr std::uint32_t requests_binding = 2;
+
+    /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh,
+    /// std::length_error if it is too large for 32-bit indices, and std::bad_alloc.
     explicit CacheUpload(const SnapshotView& view) : CacheUpload(reader_of(view)) {}
     /// A view that is about to vanish is a mistake.
     explicit CacheUpload(SnapshotView&&) = delete;
 
-    /// Where values stand, and lights and settings.
-    std::span<const std::byte> places() const { return std::as_bytes(std::span(words_)); }
-    /// The values: bytes of the snapshot itself.
-    std::span<const std::byte> values() const { return values_; }
+    /// The buffers from LIGHTMESH_CACHE_BINDING on, all of their bytes: places with lights and settings, and
+    /// values, which are bytes of the snapshot itself.
+    std::array<UploadBuffer, buffer_count> buffers() const {
+        return {UploadBuffer{0, std::as_bytes(std::span(words_))}, UploadBuffer{1, values_}};
+    }
 
-    /// A buffer for requests in which there is room for so many points, and none yet. Only its first 16 bytes
-    /// need to be written anew to use it again.
-    static std::vector<std::byte> empty_requests(std::uint32_t room) {
-        std::vector<std::byte> bytes(request_header + room * request_size);
+    /// Bytes of an empty request buffer with room for so many points: what is written to it before each run
+    /// of a shader. Of a used one only the first 16 bytes need to be written anew. Throws
+    /// std::invalid_argument for none, or more than 2^26.
+    static std::vector<std::byte> empty_requests(std::size_t capacity) {
+        if (capacity == 0 || capacity > std::size_t{1} << 26)
+            throw std::invalid_argument(
+                "lightmesh: a request buffer has room for 1 to 2^26 points, not for " +
+                std::to_string(capacity));
+        std::vector<std::byte> bytes(request_header + capacity * request_size);
+        const auto room = static_cast<std::uint32_t>(capacity);
         std::memcpy(bytes.data() + sizeof room, &room, sizeof room);
         return bytes;
     }
-    /// How many points asked, also those for which there was no room. Throws std::invalid_argument if this is
-    /// no buffer of requests.
-    static std::uint32_t request_count(std::span<const std::byte> bytes) {
-        if (bytes.size() < request_header)
-            throw std::invalid_argument("lightmesh: a buffer of requests has at least 16 bytes");
-        std::uint32_t count = 0;
-        std::memcpy(&count, bytes.data(), sizeof count);
-        return count;
+    /// How many points have asked, also those for which there was no room. Throws std::invalid_argument if
+    /// these are not the bytes of a request buffer.
+    static std::size_t request_count(std::span<const std::byte> bytes) {
+        std::array<std::uint32_t, 2> head{};
+        if (bytes.size() >= request_header)
+            std::memcpy(head.data(), bytes.data(), sizeof head);
+        if (head[1] == 0 || bytes.size() != request_header + std::size_t{head[1]} * request_size)
+            throw std::invalid_argument("lightmesh: these bytes are not those of a request buffer");
+        return head[0];
     }
     /// The points for which there was room, in no order. Throws as above, and std::bad_alloc.
     static std::vector<CacheRequest> requests(std::span<const std::byte> bytes) {
-        const std::size_t count = (std::min)(std::size_t{request_count(bytes)},
-                                             (bytes.size() - request_header) / request_size);
-        std::vector<CacheRequest> found(count);
-        for (std::size_t i = 0; i < count; ++i) {
+        std::vector<CacheRequest> found(
+            (std::min)(request_count(bytes), (bytes.size() - request_header) / request_size));
+        const std::byte* at = bytes.data() + request_header;
+        for (CacheRequest& request : found) {
             std::array<float, request_size / sizeof(float)> v;
-            std::memcpy(v.data(), bytes.data() + request_header + i * request_size, request_size);
+            std::memcpy(v.data(), at, request_size);
+            at += request_size;
             const auto lacks = std::bit_cast<std::uint32_t>(v[11]);
-            found[i] = {.point = {.position = {v[0], v[1], v[2]},
-                                  .normal = {v[4], v[5], v[6]},
-                                  .footprint = v[3],
-                                  .shading_normal = {v[8], v[9], v[10]}},
-                        .id = std::bit_cast<std::uint32_t>(v[7]),
-                        .lacks_values = (lacks & 1u) != 0,
-                        .lacks_rays = (lacks & 2u) != 0};
+            request = {.point = {.position = {v[0], v[1], v[2]},
+                                 .normal = {v[4], v[5], v[6]},
+                                 .footprint = v[3],
+                                 .shading_normal = {v[8], v[9], v[10]}},
+                       .id = std::bit_cast<std::uint32_t>(v[7]),
+                       .lacks_values = (lacks & 1u) != 0,
+                       .lacks_rays = (lacks & 2u) != 0};
         }
         return found;
     }
@@ -123,7 +136,7 @@ private:
         const std::size_t size = lights_at + 6 * reader.lamps().size();
         if (size > (std::numeric_limits<std::uint32_t>::max)() || 2 * keys + 2 > std::size_t{1} << 31 ||
             values_.size() / 4 > (std::numeric_limits<std::uint32_t>::max)())
-            throw std::length_error("lightmesh: a cache's snapshot is too large for a shader's indices");
+            throw std::length_error("lightmesh: the cache is too large for a shader");
         words_.resize(size);
         const std::uint32_t finest = static_cast<std::uint32_t>(reader.lattice().finest_level()) |
                                      (reader.settings().exact_edges ? 256u : 0u);
@@ -141,9 +154,10 @@ private:
     };
 
     static const detail::CacheReader& reader_of(const SnapshotView& view) {
-        if (!view.is_cache())
-            throw std::invalid_argument("lightmesh: the snapshot is of a mesh, and not of a cache");
-        return *view.cache_;
+        const detail::CacheReader* reader = detail::SnapshotReaders::cache(view);
+        if (reader == nullptr)
+            throw std::invalid_argument("lightmesh: this snapshot is of a mesh, not of a cache");
+        return *reader;
     }
 
     static std::uint32_t word(std::size_t value) { return static_cast<std::uint32_t>(value); }
@@ -154,7 +168,9 @@ private:
         return {static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(x >> 32),
                 static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(y >> 32)};
     }
-    static Word triple(const glm::vec3& v, std::uint32_t last) { return {word(v.x), word(v.y), word(v.z), last}; }
+    static Word triple(const glm::vec3& v, std::uint32_t last) {
+        return {word(v.x), word(v.y), word(v.z), last};
+    }
 
     void add_lattice(const detail::Lattice& lattice) {
         words_[2] = pair(lattice.step(lattice.finest_level()) * (detail::Lattice::max_index - 64.0), 0.0);
@@ -166,8 +182,8 @@ private:
             words_[at + 1] = pair(origin.x, origin.y);
             words_[at + 2] = pair(origin.z, 0.45 * step);
             words_[at + 3] = pair(5.0 / step, 0.003 * step);
-            words_[at + 4] = {word(0.002f * static_cast<float>(step)), word(static_cast<float>(step * 0x1p-14)),
-                              0, 0};
+            words_[at + 4] = {word(0.002f * static_cast<float>(step)),
+                              word(static_cast<float>(step * 0x1p-14)), 0, 0};
         }
     }
 
@@ -179,15 +195,17 @@ private:
             detail::CacheReader::copy(stored, record);
             const detail::Way way = record.key.way();
             const detail::Column column = detail::column_of(reader.lattice(), record, way, false);
-            const auto half = [&](int k) { return std::uint32_t{static_cast<std::uint16_t>(stored.normal[static_cast<std::size_t>(k)])}; };
-            const std::uint32_t index = static_cast<std::uint32_t>(column.index[way.axis]) << 1 |
-                                        (record.is_on_surface() ? 1u : 0u);
+            const auto half = [&](int k) {
+                return std::uint32_t{static_cast<std::uint16_t>(stored.normal[static_cast<std::size_t>(k)])};
+            };
+            const std::uint32_t index =
+                static_cast<std::uint32_t>(column.index[way.axis]) << 1 | (record.is_on_surface() ? 1u : 0u);
             words_[at.records + 2 * i] = triple(column.place, half(0) | half(1) << 16);
             words_[at.records + 2 * i + 1] = {half(2) | std::uint32_t{stored.links} << 16, index, word(tiles),
                                               stored.tile_count};
             for (const detail::StoredTile& tile : reader.tiles_of(stored))
-                words_[at.tiles + tiles++] = {tile.tile | detail::octets_of(tile.known) << 24, tile.first_octet,
-                                              static_cast<std::uint32_t>(tile.known),
+                words_[at.tiles + tiles++] = {tile.tile | detail::octets_of(tile.known) << 24,
+                                              tile.first_octet, static_cast<std::uint32_t>(tile.known),
                                               static_cast<std::uint32_t>(tile.known >> 32)};
             add_key(at, stored.key, i);
         }
