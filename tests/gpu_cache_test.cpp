@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include "gpu/cache_queries.hpp"
 #include "gpu/compute.hpp"
+#include "hit_tracer.hpp"
+#include "plain.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/light_mesh.hpp>
@@ -7,22 +10,21 @@
 #include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
-
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
-#include <glm/vec4.hpp>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <random>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// These tests need a Vulkan driver (Mesa's lavapipe will do) and the validation layers, and fail without
@@ -30,82 +32,26 @@
 
 namespace {
 
-constexpr std::uint32_t query_words[] = {
-#include "shaders/cache_query.comp.inc"
-};
-constexpr std::uint32_t query_with_rays_words[] = {
-#include "shaders/cache_query_rays.comp.inc"
-};
-
-using Corners = std::vector<glm::vec4>;  // three of each triangle
-
-float volume_of(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
-    const glm::vec3 x = b - a;
-    const glm::vec3 y = c - a;
-    const glm::vec3 z = d - a;
-    const glm::vec3 across(y.y * z.z - z.y * y.z, y.z * z.x - z.z * y.x, y.x * z.y - z.x * y.y);
-    return (x.x * across.x + x.y * across.y) + x.z * across.z;
-}
-
-/// All triangles of a list: no quotient decides whether a segment meets one, so that shaders do the same.
-struct SolidTracer {
-    const Corners* corners;
-
-    static bool meets(const lightmesh::Segment& s, const glm::vec3& a, const glm::vec3& b,
-                      const glm::vec3& c) {
-        if ((volume_of(s.origin, a, b, c) > 0.0f) == (volume_of(s.target, a, b, c) > 0.0f))
-            return false;
-        const std::array sides{volume_of(s.origin, s.target, a, b), volume_of(s.origin, s.target, b, c),
-                               volume_of(s.origin, s.target, c, a)};
-        return (sides[0] >= 0.0f && sides[1] >= 0.0f && sides[2] >= 0.0f) ||
-               (sides[0] <= 0.0f && sides[1] <= 0.0f && sides[2] <= 0.0f);
-    }
-    bool occluded(const lightmesh::Segment& s) const {
-        for (std::size_t i = 0; i < corners->size(); i += 3)
-            if (meets(s, (*corners)[i], (*corners)[i + 1], (*corners)[i + 2]))
-                return true;
-        return false;
-    }
-    std::optional<lightmesh::Hit> closest_hit(const lightmesh::Segment& s) const {
-        std::optional<lightmesh::Hit> nearest;
-        for (std::size_t i = 0; i < corners->size(); i += 3) {
-            const glm::vec3 a((*corners)[i]);
-            const glm::vec3 b((*corners)[i + 1]);
-            const glm::vec3 c((*corners)[i + 2]);
-            if (!meets(s, a, b, c))
-                continue;
-            const float before = volume_of(s.origin, a, b, c);
-            const float share = before / (before - volume_of(s.target, a, b, c));
-            const float distance = share * glm::length(s.target - s.origin);
-            if (!nearest || distance < nearest->distance)
-                nearest = lightmesh::Hit{distance, glm::normalize(glm::cross(b - a, c - a))};
-        }
-        return nearest;
-    }
-};
-
-/// A floor, boxes of any direction, and a round one; with points on all of them.
+/// A floor and a wall, boxes of any direction, a roof and facets of a cylinder; points on all of them.
 class World {
 public:
-    World(std::uint32_t seed, const glm::vec3& middle, bool is_tall) : random_(seed), middle_(middle) {
+    World(std::uint32_t seed, const glm::vec3& middle) : random_(seed), middle_(middle) {
         add_quad({-4, -4, 0}, {8, 0, 0}, {0, 8, 0});
         add_quad({-4, 3.5f, 0}, {8, 0, 0}, {0, 0, 3});
         for (int i = 0; i < 3; ++i)
             add_box(vector(2.5f), i == 0 ? 0.0f : between(0.0f, 3.0f));
         // A roof at 45 degrees, and a fan of facets.
         add_quad({-3, -3, 1}, {0, 1.5f, 0}, {1.2f, 0, 1.2f});
-        if (is_tall)
-            for (int i = 0; i < 8; ++i) {
-                const auto corner = [&](int k) {
-                    return glm::vec3(1.5f * std::cos(0.35f * static_cast<float>(k)), -1.0f,
-                                     1.5f * std::sin(0.35f * static_cast<float>(k)));
-                };
-                add_quad(corner(i), corner(i + 1) - corner(i), {0, 2, 0});
-            }
+        for (int i = 0; i < 8; ++i) {
+            const auto corner = [&](int k) {
+                return glm::vec3(1.5f * std::cos(0.35f * static_cast<float>(k)), -1.0f,
+                                 1.5f * std::sin(0.35f * static_cast<float>(k)));
+            };
+            add_quad(corner(i), corner(i + 1) - corner(i), {0, 2, 0});
+        }
     }
 
-    const Corners& corners() const { return corners_; }
-    SolidTracer tracer() const { return {&corners_}; }
+    test::HitTracer tracer() const { return {&triangles_}; }
     float between(float low, float high) {
         return low + (high - low) * static_cast<float>(random_()) * 0x1p-32f;
     }
@@ -115,16 +61,17 @@ public:
         return {x, y, between(-size, size)};
     }
     glm::vec3 place(const glm::vec3& from_middle) const { return middle_ + from_middle; }
-    std::uint32_t number(std::uint32_t below) { return random_() % below; }
+    std::uint32_t number(std::uint32_t below) { return static_cast<std::uint32_t>(random_()) % below; }
 
     /// Points on surfaces, some of them near to each other; `is_odd`: with all that may come with points.
     std::vector<lightmesh::SurfacePoint> points(std::size_t count, bool is_odd) {
         std::vector<lightmesh::SurfacePoint> points;
         while (points.size() < count) {
-            const std::size_t i = 3 * number(static_cast<std::uint32_t>(corners_.size() / 3));
-            const glm::vec3 a(corners_[i]);
-            const glm::vec3 u = glm::vec3(corners_[i + 1]) - a;
-            const glm::vec3 v = glm::vec3(corners_[i + 2]) - a;
+            const test::Triangle& triangle =
+                triangles_[number(static_cast<std::uint32_t>(triangles_.size()))];
+            const glm::vec3 a(triangle.a);
+            const glm::vec3 u(triangle.b - triangle.a);
+            const glm::vec3 v(triangle.c - triangle.a);
             float s = between(0, 1);
             float t = between(0, 1);
             if (s + t > 1.0f) {
@@ -154,7 +101,8 @@ public:
                 break;
             case 1:
             case 2:
-                lights.push_back(lightmesh::SpotLight{at, vector(1), between(0.1f, 3.1f), range, between(0, 0.2f)});
+                lights.push_back(
+                    lightmesh::SpotLight{at, vector(1), between(0.1f, 3.1f), range, between(0, 0.2f)});
                 break;
             case 3:
                 lights.push_back(lightmesh::RectLight{at, vector(1), vector(1), range});
@@ -219,9 +167,10 @@ private:
     }
 
     void add_quad(const glm::vec3& at, const glm::vec3& u, const glm::vec3& v) {
-        const auto add = [&](const glm::vec3& corner) { corners_.emplace_back(place(corner), 0.0f); };
-        add(at), add(at + u), add(at + u + v);
-        add(at), add(at + u + v), add(at + v);
+        const std::array corners{test::Vec(place(at)), test::Vec(place(at + u)), test::Vec(place(at + u + v)),
+                                 test::Vec(place(at + v))};
+        triangles_.push_back({corners[0], corners[1], corners[2]});
+        triangles_.push_back({corners[0], corners[2], corners[3]});
     }
     void add_box(const glm::vec3& at, float angle) {
         const float size = between(0.3f, 0.8f);
@@ -236,85 +185,15 @@ private:
 
     std::mt19937 random_;
     glm::vec3 middle_;
-    Corners corners_;
-};
-
-struct GpuPoint {
-    glm::vec4 position;
-    glm::vec4 normal;
-    glm::vec4 shading_normal;
-};
-
-/// What a shader says.
-struct Answers {
-    std::vector<float> shares;         ///< a row for each point; -1: not known
-    std::vector<glm::uvec2> unknown;   ///< for each point and tile
-    std::vector<lightmesh::CacheRequest> requests;
-    std::uint32_t asked = 0;
-};
-
-/// A device that is watched.
-class Gpu {
-public:
-    Gpu() : device_({.validate = true, .on_message = [this](const std::string& text) { messages_.push_back(text); }}) {}
-
-    const std::vector<std::string>& messages() const { return messages_; }
-
-    Answers ask(const lightmesh::SnapshotView& view, std::span<const lightmesh::SurfacePoint> points,
-                const Corners* corners, std::uint32_t room = 100'000) const {
-        const lightmesh::CacheUpload upload(view);
-        std::vector<GpuPoint> gpu_points;
-        for (const lightmesh::SurfacePoint& p : points)
-            gpu_points.push_back({glm::vec4(p.position, p.footprint), glm::vec4(p.normal, 0.0f),
-                                  glm::vec4(p.shading_normal, 0.0f)});
-        const std::size_t tiles = (view.light_count() + 63) / 64;
-        const auto empty = lightmesh::CacheUpload::empty_requests(room);
-        const demo::ComputeBuffer requests(device_, empty);
-        const demo::ComputeBuffer shares(device_, points.size() * view.light_count() * sizeof(float));
-        const demo::ComputeBuffer unknown(device_, points.size() * tiles * sizeof(glm::uvec2));
-        std::vector<demo::ComputeBinding> bindings{
-            {0, 0, demo::ComputeBuffer(device_, upload.places())},
-            {0, 1, demo::ComputeBuffer(device_, upload.values())},
-            {0, 2, requests},
-            {1, 0, demo::ComputeBuffer(device_, std::as_bytes(std::span(gpu_points)))},
-            {1, 1, shares},
-            {1, 2, unknown}};
-        if (corners != nullptr)
-            bindings.push_back({1, 3, demo::ComputeBuffer(device_, std::as_bytes(std::span(*corners)))});
-        const std::span<const std::uint32_t> words =
-            corners != nullptr ? std::span<const std::uint32_t>(query_with_rays_words) : query_words;
-        const demo::ComputeKernel kernel(device_, words, bindings);
-        device_.run([&](const demo::ComputeCommands& commands) {
-            commands.dispatch(kernel, static_cast<std::uint32_t>((points.size() + 63) / 64));
-        });
-        std::vector<std::byte> bytes(requests.size());
-        requests.read(0, bytes);
-        Answers answers;
-        answers.shares = shares.read_all<float>();
-        answers.unknown = unknown.read_all<glm::uvec2>();
-        answers.asked = lightmesh::CacheUpload::request_count(bytes);
-        answers.requests = lightmesh::CacheUpload::requests(bytes);
-        return answers;
-    }
-
-private:
-    std::vector<std::string> messages_;
-    demo::ComputeDevice device_;
+    std::vector<test::Triangle> triangles_;
 };
 
 bool same_bits(float a, float b) {
     return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
 }
 
-struct Differences {
-    std::size_t values = 0;   ///< known on both sides, and not the same
-    std::size_t known = 0;    ///< known on one side only
-    std::size_t compared = 0;
-    std::size_t between = 0;  ///< of those, neither 0 nor 1
-};
-
 /// What a snapshot knows without rays from points to lamps.
-class KnownStore : public lightmesh::detail::FrozenCacheStore<SolidTracer> {
+class KnownStore : public lightmesh::detail::FrozenCacheStore<test::HitTracer> {
 public:
     using FrozenCacheStore::FrozenCacheStore;
 
@@ -324,37 +203,121 @@ public:
     }
 };
 
-/// Against the CPU: with `corners` links that are not known and ways to lattice points are traced.
-Differences compare(std::span<const std::byte> bytes, std::span<const lightmesh::SurfacePoint> points,
-                    const Corners* corners, const Answers& answers) {
+struct Differences {
+    std::size_t values = 0;  ///< known on both sides, and not the same
+    std::size_t known = 0;   ///< known on one side only
+    std::size_t compared = 0;
+    std::size_t penumbrae = 0;  ///< of those, neither 0 nor 1
+    std::size_t unknown = 0;
+
+    Differences& operator+=(const Differences& other) {
+        values += other.values;
+        known += other.known;
+        compared += other.compared;
+        penumbrae += other.penumbrae;
+        unknown += other.unknown;
+        return *this;
+    }
+};
+
+/// The answers of shaders against those of the CPU.
+Differences compare(std::span<const std::byte> bytes, const test::HitTracer& tracer,
+                    std::span<const lightmesh::SurfacePoint> points, std::span<const float> values) {
     Differences found;
-    const lightmesh::SnapshotView view(bytes);
     const lightmesh::detail::CacheReader reader(bytes);
-    const SolidTracer tracer{corners};
     const KnownStore store(tracer, reader);
     lightmesh::detail::CacheQuery query(store);
-    std::vector<float> all(view.light_count());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        if (corners == nullptr)
-            view.visibility(points[i], all);
-        for (std::size_t l = 0; l < all.size(); ++l) {
-            if (corners != nullptr) {
-                try {
-                    all[l] = query.one(points[i], l);
-                } catch (const lightmesh::detail::NotInCacheSnapshot&) {
-                    all[l] = std::numeric_limits<float>::quiet_NaN();
-                }
+    const std::size_t count = reader.lamps().size();
+    for (std::size_t i = 0; i < points.size(); ++i)
+        for (std::size_t l = 0; l < count; ++l) {
+            float expected = std::numeric_limits<float>::quiet_NaN();
+            try {
+                expected = query.one(points[i], l);
+            } catch (const lightmesh::detail::NotInCacheSnapshot&) {
             }
-            const float share = answers.shares[i * all.size() + l];
-            if (std::isnan(all[l]) != (share == -1.0f)) {
-                ++found.known;
+            const float value = values[i * count + l];
+            found.unknown += std::isnan(value) ? 1u : 0u;
+            if (std::isnan(expected) || std::isnan(value)) {
+                found.known += std::isnan(expected) != std::isnan(value) ? 1u : 0u;
                 continue;
             }
-            if (std::isnan(all[l]))
-                continue;
-            found.values += same_bits(share, all[l]) ? 0 : 1;
             ++found.compared;
-            found.between += share > 0.0f && share < 1.0f ? 1 : 0;
+            found.values += same_bits(value, expected) ? 0u : 1u;
+            found.penumbrae += value > 0.0f && value < 1.0f ? 1u : 0u;
+        }
+    return found;
+}
+
+demo::TraceSegments by(const test::HitTracer& tracer) {
+    return [&tracer](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
+        for (std::size_t i = 0; i < segments.size(); ++i)
+            hit[i] = tracer.occluded(segments[i]) ? 1 : 0;
+    };
+}
+
+/// A device that is watched, and queries of it.
+struct Gpu {
+    std::vector<std::string> messages;
+    demo::ComputeDevice device{{.validate = true, .on_message = [this](const std::string& text) {
+                                    messages.push_back(text);
+                                }}};
+    demo::CacheQueries queries{device};
+};
+
+std::vector<lightmesh::SurfacePoint> points_of(std::span<const lightmesh::CacheRequest> requests) {
+    std::vector<lightmesh::SurfacePoint> points;
+    for (const lightmesh::CacheRequest& request : requests)
+        points.push_back(request.point);
+    return points;
+}
+
+/// Asks for points of which a part was filled; has the rest filled as shaders ask for it.
+template <class Cache>
+Differences ask_and_fill(Gpu& gpu, World& world, const Cache& cache, std::size_t count) {
+    const test::HitTracer tracer = world.tracer();
+    const auto trace = by(tracer);
+    const auto points = world.points(count, true);
+    cache.fill(std::span(points).first(count / 2));
+    auto bytes = cache.snapshot();
+    gpu.queries.upload(bytes);
+    auto answer = gpu.queries.ask(points, trace);
+    Differences found = compare(bytes, tracer, points, answer.values);
+    CHECK(answer.points_without_rays == 0);
+    CHECK(answer.asked == answer.requests.size());
+
+    // Each point that is not wholly known has asked, but those that cannot be.
+    std::vector<char> has_asked(points.size());
+    for (const lightmesh::CacheRequest& request : answer.requests) {
+        has_asked[request.id] = 1;
+        const lightmesh::SurfacePoint& point = points[request.id];
+        CHECK(request.point.position == point.position);
+        CHECK(request.point.normal == point.normal);
+        CHECK((request.lacks_values || request.lacks_rays));
+    }
+    std::size_t silent = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto row = std::span(answer.values).subspan(i * cache.light_count(), cache.light_count());
+        const bool is_known = std::ranges::none_of(row, [](float value) { return std::isnan(value); });
+        const bool is_finite = lightmesh::detail::is_finite(points[i].position) &&
+                               lightmesh::detail::is_finite(points[i].normal);
+        silent += is_known == (has_asked[i] != 0) && (is_finite || has_asked[i] != 0) ? 1u : 0u;
+    }
+    CHECK(silent == 0);
+
+    cache.fill(points_of(answer.requests));
+    bytes = cache.snapshot();
+    gpu.queries.upload(bytes);
+    answer = gpu.queries.ask(points, trace);
+    found += compare(bytes, tracer, points, answer.values);
+    for (const lightmesh::CacheRequest& request : answer.requests)
+        CHECK(!request.lacks_values);
+    // What is left takes rays from the point itself: those the cache traces. The rest is what it says.
+    std::vector<float> all(cache.light_count());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        cache.visibility(points[i], all);
+        for (std::size_t l = 0; l < all.size(); ++l) {
+            const float value = answer.values[i * all.size() + l];
+            found.values += std::isnan(value) || same_bits(value, all[l]) ? 0u : 1u;
         }
     }
     return found;
@@ -362,20 +325,81 @@ Differences compare(std::span<const std::byte> bytes, std::span<const lightmesh:
 
 }  // namespace
 
-TEST_CASE("dev") {
-    const Gpu gpu;
-    for (const std::uint32_t count : {1u, 63u, 64u, 65u, 256u}) for (int k=0;k<2;++k) {
-        World world(count, k ? glm::vec3(100000.0f,-300000.0f,20000.0f): glm::vec3(0.0f), true);
-        const auto lights = world.lights(count);
-        lightmesh::VisibilityCache cache{world.tracer(), lights, lightmesh::CacheSettings{.spacing = 0.25f, .detail = 2, .lamp_rays = 4}};
-        auto points = world.points(400, true);
-        cache.fill(std::span(points).first(300));
-        const auto bytes = cache.snapshot();
-        const lightmesh::SnapshotView view(bytes);
-        const Corners* c=std::getenv("RAYS")?&world.corners():nullptr;
-        const Answers answers = gpu.ask(view, points, c);
-        const Differences d = compare(bytes, points, c, answers);
-        MESSAGE(count << ": values " << d.values << " known " << d.known << " of " << d.compared << " between " << d.between << " of " << points.size() * count << " asked " << answers.asked);
+TEST_CASE("shaders answer from a cache's snapshot what the CPU does, bit by bit, and ask for the rest") {
+    Gpu gpu;
+    Differences sum;
+    const auto run = [&](std::uint32_t seed, std::size_t lights, std::size_t points, const glm::vec3& middle,
+                         const lightmesh::CacheSettings& settings) {
+        CAPTURE(seed);
+        World world(seed, middle);
+        const lightmesh::VisibilityCache cache{world.tracer(), world.lights(lights), settings};
+        const Differences found = ask_and_fill(gpu, world, cache, points);
+        CHECK(found.values == 0);
+        CHECK(found.known == 0);
+        sum += found;
+    };
+    const lightmesh::CacheSettings coarse{.spacing = 0.25f, .detail = 2, .lamp_rays = 4};
+    for (const std::uint32_t lights : {0u, 1u, 63u, 64u, 65u})
+        run(lights, lights, 120, glm::vec3(0.0f), coarse);
+    run(256, 256, 40, glm::vec3(0.0f), coarse);
+    run(10, 8, 120, {100'000.0f, -300'000.0f, 20'000.0f}, coarse);
+    run(11, 8, 120, {1.0f, 2.0f, 3.0f},
+        {.spacing = 0.5f, .detail = 3, .lamp_rays = 2, .origin = glm::vec3(0.0f), .exact_edges = true});
+    run(12, 8, 120, glm::vec3(0.0f), {.spacing = 0.3f, .detail = 0, .lamp_rays = 16});
+    MESSAGE("" << sum.compared << " values, " << sum.penumbrae << " in penumbrae; " << sum.unknown
+               << " not known");
+    CHECK(sum.compared > 40'000);
+    CHECK(sum.penumbrae > 1'000);
+    CHECK(gpu.messages.empty());
+}
+
+TEST_CASE("shaders answer from blur rows as well") {
+    Gpu gpu;
+    World world(7, glm::vec3(0.0f));
+    lightmesh::LightMesh mesh{world.tracer(), world.lights(20), {.radius = 1.0f, .quality = 2.0f}};
+    const lightmesh::VisibilityCache cache{std::move(mesh),
+                                           lightmesh::CacheSettings{.spacing = 0.5f, .detail = 1}};
+    const Differences found = ask_and_fill(gpu, world, cache, 60);
+    CHECK(found.values == 0);
+    CHECK(found.known == 0);
+    CHECK(found.penumbrae > 100);
+    CHECK(gpu.messages.empty());
+}
+
+TEST_CASE("request buffers that are too small say so, and snapshots that are broken reach no shader") {
+    World world(3, glm::vec3(0.0f));
+    const auto lights = world.lights(5);
+    const lightmesh::VisibilityCache cache{world.tracer(), lights, lightmesh::CacheSettings{.spacing = 0.5f}};
+    Gpu gpu;
+    gpu.queries = demo::CacheQueries(gpu.device, 3);
+    const auto empty = cache.snapshot();
+    gpu.queries.upload(empty);
+    const auto points = world.points(64, false);
+    const test::HitTracer tracer = world.tracer();
+    const auto answer = gpu.queries.ask(points, by(tracer));
+    CHECK(answer.asked > 3);
+    CHECK(answer.requests.size() == 3);
+
+    cache.fill(points);
+    auto bytes = cache.snapshot();
+    for (const std::size_t at : {std::size_t{9}, std::size_t{300}, bytes.size() / 2, bytes.size() - 1}) {
+        bytes[at] ^= std::byte{4};
+        CHECK_THROWS_AS(gpu.queries.upload(bytes), std::invalid_argument);
+        bytes[at] ^= std::byte{4};
     }
-    CHECK(gpu.messages().empty());
+    const lightmesh::LightMesh mesh{world.tracer(), lights, {.radius = 1.0f}};
+    const auto of_mesh = mesh.snapshot();
+    CHECK_THROWS_AS(gpu.queries.upload(of_mesh), std::invalid_argument);
+    // What was there before still is.
+    CHECK(gpu.queries.ask(points, by(tracer)).asked == answer.asked);
+
+    CHECK_THROWS_AS(lightmesh::CacheUpload::empty_requests(0), std::invalid_argument);
+    CHECK_THROWS_AS(lightmesh::CacheUpload::empty_requests((std::size_t{1} << 26) + 1),
+                    std::invalid_argument);
+    const auto room = lightmesh::CacheUpload::empty_requests(2);
+    CHECK(lightmesh::CacheUpload::requests(room).empty());
+    CHECK_THROWS_AS(lightmesh::CacheUpload::requests(std::span(room).first(room.size() - 1)),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(lightmesh::CacheUpload::request_count(std::span(room).first(8)), std::invalid_argument);
+    CHECK(gpu.messages.empty());
 }

@@ -1,4 +1,0 @@
-#version 450
-// Without rays.
-#extension GL_GOOGLE_include_directive : require
-#include "cache_query.glsl"
