@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/gpu_renderer.hpp"
 
+#include "gpu/cache_shadows.hpp"
 #include "gpu/gpu_scene.hpp"
 #include "gpu/mesh_levels.hpp"
 #include "render/stopwatch.hpp"
@@ -34,6 +35,9 @@ constexpr std::uint32_t mesh_4_words[] = {
 };
 constexpr std::uint32_t mesh_16_words[] = {
 #include "shaders/shade_mesh_16.inc"
+};
+constexpr std::uint32_t cache_words[] = {
+#include "shaders/shade_cache.comp.inc"
 };
 constexpr std::uint32_t finish_words[] = {
 #include "shaders/finish.comp.inc"
@@ -85,7 +89,7 @@ std::span<const std::byte> bytes_in(const BatchWords& batch) {
 }  // namespace
 
 const std::vector<std::string>& GpuRenderer::algorithms() {
-    static const std::vector<std::string> names{"whitted", "area", "linked", "express"};
+    static const std::vector<std::string> names{"cache", "whitted", "area", "linked", "express"};
     return names;
 }
 
@@ -126,6 +130,8 @@ VisibilityOptions with_short_test(VisibilityOptions visibility, const std::strin
 std::span<const std::uint32_t> shader_of(const std::string& algorithm, float quality) {
     if (asks_mesh(algorithm))
         return quality <= 4.0f ? std::span<const std::uint32_t>(mesh_4_words) : mesh_16_words;
+    if (algorithm == "cache")
+        return cache_words;
     return algorithm == "area" ? std::span<const std::uint32_t>(area_words) : hard_words;
 }
 
@@ -139,9 +145,14 @@ struct GpuRenderer::Parts {
           waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
           colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
           round(on, sizeof(RoundWords)), mesh(mesh_of(algorithm, model, visibility)),
+          cache(algorithm == "cache" ? std::make_unique<CacheShadows>(on, model, visibility, pixels)
+                                     : nullptr),
           trace(on, trace_words, bindings({}), sizeof(BatchWords)),
           shade(on, shader_of(algorithm, visibility.settings.quality),
-                bindings(mesh ? mesh->bindings() : std::vector<ComputeBinding>{}), sizeof(BatchWords)),
+                bindings(mesh    ? mesh->bindings()
+                         : cache ? cache->bindings()
+                                 : std::vector<ComputeBinding>{}),
+                sizeof(BatchWords)),
           finish(on, finish_words, bindings({}), sizeof(BatchWords)) {}
 
     std::unique_ptr<MeshLevels> mesh_of(const std::string& algorithm, const EmbreeScene& model,
@@ -189,12 +200,15 @@ struct GpuRenderer::Parts {
             for (int i = 0; i < rounds; ++i) {
                 commands.fill(round, 0, sizeof(RoundWords), 0);
                 commands.dispatch(trace, groups_of(batch), 1, 1, bytes_in(batch));
-                if (!mesh)
+                if (!asks_host())
                     commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
                 batch.is_first_round = 0;
             }
         });
     }
+
+    /// Whether shading waits for what the host finds.
+    bool asks_host() const { return mesh || cache; }
 
     RoundWords last_round() const {
         RoundWords found;
@@ -202,35 +216,50 @@ struct GpuRenderer::Parts {
         return found;
     }
 
-    /// Shades a round's points by the levels that they ask, until these know all that it takes.
-    void shade_by_mesh(BatchWords batch, std::uint32_t levels) {
-        tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-        for (std::uint32_t rest = levels; rest != 0; rest &= rest - 1) {
-            const int level = std::countr_zero(rest);
-            batch.level = static_cast<std::uint32_t>(level);
-            batch.attempt = 0;
-            int turns = 0;
-            for (auto asked = MeshLevels::Asked::points; asked != MeshLevels::Asked::nothing;) {
-                mesh->bind(shade, level);
-                seconds += device.run([&](const ComputeCommands& commands) {
-                    commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
-                });
-                if (last_round().is_failed != 0)
-                    throw std::out_of_range("--on gpu: a point lies farther from the origin than the light "
-                                            "mesh has light points");
-                arena.execute([&] { asked = mesh->fill(level); });
-                const bool is_stuck = asked == MeshLevels::Asked::same_points || ++turns > enough_turns;
-                if (is_stuck && ++batch.attempt > most_attempts)
-                    throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
-                                             "lacks at a point");
-            }
+    void shade_once(const BatchWords& batch) {
+        seconds += device.run([&](const ComputeCommands& commands) {
+            commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
+        });
+        if (last_round().is_failed != 0)
+            throw std::out_of_range("--on gpu: a point lies farther from the origin than a light mesh or a "
+                                    "cache reaches");
+    }
+
+    /// Shades a round's points by a level of the light mesh, until it knows all that it takes.
+    void shade_by_level(BatchWords batch, int level) {
+        batch.level = static_cast<std::uint32_t>(level);
+        int turns = 0;
+        for (auto asked = MeshLevels::Asked::points; asked != MeshLevels::Asked::nothing;) {
+            mesh->bind(shade, level);
+            shade_once(batch);
+            asked = mesh->fill(level);
+            const bool is_stuck = asked == MeshLevels::Asked::same_points || ++turns > enough_turns;
+            if (is_stuck && ++batch.attempt > most_attempts)
+                throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
+                                         "lacks at a point");
         }
+    }
+
+    void shade_by_host(const BatchWords& batch, std::uint32_t levels) {
+        tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+        arena.execute([&] {
+            if (mesh) {
+                for (std::uint32_t rest = levels; rest != 0; rest &= rest - 1)
+                    shade_by_level(batch, std::countr_zero(rest));
+                return;
+            }
+            cache->begin_round();
+            do {
+                cache->bind(shade);
+                shade_once(batch);
+            } while (cache->fill());
+        });
     }
 
     /// False if cancelled.
     bool follow(BatchWords batch, const std::atomic<bool>* cancel) {
         constexpr int most_rounds = 8;
-        for (int rounds = 1;; rounds = mesh ? 1 : (std::min)(2 * rounds, most_rounds)) {
+        for (int rounds = 1;; rounds = asks_host() ? 1 : (std::min)(2 * rounds, most_rounds)) {
             if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
                 return false;
             run_rounds(batch, rounds);
@@ -238,8 +267,8 @@ struct GpuRenderer::Parts {
             const RoundWords found = last_round();
             if (found.point_count == 0)
                 return true;
-            if (mesh)
-                shade_by_mesh(batch, found.levels);
+            if (asks_host())
+                shade_by_host(batch, found.levels);
         }
     }
 
@@ -269,7 +298,9 @@ struct GpuRenderer::Parts {
 
     GpuScene scene;
     ComputeBuffer paths, waiting, points, colours, finished, round;
-    std::unique_ptr<MeshLevels> mesh;  ///< null: shadows are found by rays
+    // Shadows are found by one of these, or by rays.
+    std::unique_ptr<MeshLevels> mesh;
+    std::unique_ptr<CacheShadows> cache;
     ComputeKernel trace, shade, finish;
 };
 
@@ -285,6 +316,12 @@ std::optional<lightmesh::MeshStatistics> GpuRenderer::mesh() const {
     if (!parts_->mesh)
         return std::nullopt;
     return parts_->mesh->statistics();
+}
+
+std::optional<lightmesh::CacheStatistics> GpuRenderer::cache() const {
+    if (!parts_->cache)
+        return std::nullopt;
+    return parts_->cache->statistics();
 }
 
 GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,

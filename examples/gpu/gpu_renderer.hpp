@@ -51,6 +51,9 @@ public:
     /// Of the light mesh, if there is one.
     std::optional<lightmesh::MeshStatistics> mesh() const;
 
+    /// Of the visibility cache, if there is one.
+    std::optional<lightmesh::CacheStatistics> cache() const;
+
 private:
     struct Parts;
     std::unique_ptr<Parts> parts_;

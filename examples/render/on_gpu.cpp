@@ -39,7 +39,8 @@ Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const Vis
     made.image = std::move(picture.linear);
     made.toned = std::move(picture.toned);
     made.mesh = renderer.mesh();
-    made.bytes = made.mesh ? made.mesh->bytes : 0;
+    made.cache = renderer.cache();
+    made.bytes = made.mesh ? made.mesh->bytes : made.cache ? made.cache->bytes : 0;
     made.seconds_device = picture.seconds_device;
     return made;
 }
