@@ -185,7 +185,7 @@ void run(const demo::ComputeOptions& options) {
                 "that shaders: ms | pixels that differ by more than a step, %% |\n"
                 "|---|---|--:|--:|--:|--:|--:|--:|\n");
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
-        for (const char* algorithm : {"whitted", "linked", "express"})
+        for (const char* algorithm : {"whitted", "cache", "linked", "express"})
             time_frames(device, scene, algorithm);
 }
 

@@ -280,19 +280,20 @@ TEST_CASE("gpu frame: lamps with sizes, several rays a pixel, the filmic curve, 
     check_same_picture(device, scene, "whitted", options);
 }
 
-TEST_CASE("gpu frame: light meshes that the host fills as shaders ask, on all levels") {
+TEST_CASE("gpu frame: light meshes on all levels, and caches, that the host fills as shaders ask") {
     const demo::ComputeDevice device;
     demo::RenderOptions options;
     options.width = 80;
     options.height = 60;
     check_same_picture(device, demo::make_rooms(), "linked", options);
     check_same_picture(device, demo::make_rooms(), "express", options);
+    check_same_picture(device, demo::make_rooms(), "cache", options);
     check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked",
                        options);
     check_same_picture(device, demo::make_park(), "linked", options);
 }
 
-TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh") {
+TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh and a cache") {
     std::vector<std::string> messages;
     const demo::ComputeDevice device({.validate = true, .on_message = [&](const std::string& text) {
                                           messages.push_back(text);
@@ -305,12 +306,13 @@ TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh") 
     demo::VisibilityOptions visibility;
     visibility.settings.radius = scene.radius;
     visibility.settings.quality = 4.0f;
-    for (const char* algorithm : {"whitted", "express"}) {
+    for (const char* algorithm : {"whitted", "express", "cache"}) {
         demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
         demo::RenderStatistics statistics;
         renderer.render(statistics);
         CHECK(statistics.finished);
         CHECK(renderer.mesh().has_value() == (std::string(algorithm) == "express"));
+        CHECK(renderer.cache().has_value() == (std::string(algorithm) == "cache"));
     }
     for (const std::string& message : messages)
         FAIL_CHECK(message);
@@ -329,10 +331,10 @@ TEST_CASE("gpu frame: what shaders do not know is refused by its name, and a can
         }
         return "nothing was thrown";
     };
-    for (const char* algorithm : {"cache", "blur-cache", "lmm", "linked+map", "express+volume", "shadow-map"})
-        CHECK(message_of(algorithm, {}, small_picture()) == "--on gpu does not know --algorithm " +
-                                                                std::string(algorithm) +
-                                                                "; it knows whitted, area, linked, express");
+    for (const char* algorithm : {"blur-cache", "lmm", "linked+map", "express+volume", "shadow-map"})
+        CHECK(message_of(algorithm, {}, small_picture()) ==
+              "--on gpu does not know --algorithm " + std::string(algorithm) +
+                  "; it knows cache, whitted, area, linked, express");
     demo::RenderOptions options = small_picture();
     options.ambient_rays = 4;
     CHECK(message_of("whitted", {}, options) == "--on gpu does not know ambient rays");
@@ -369,7 +371,8 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
         CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
         CHECK(std::ranges::count(ran.errors, '\n') == 1);
     };
-    check_refused("", "--on gpu does not know --algorithm cache; it knows whitted, area, linked, express");
+    check_refused("-a lmm",
+                  "--on gpu does not know --algorithm lmm; it knows cache, whitted, area, linked, express");
     check_refused("-a linked --save-mesh " + file("mesh"), "--on gpu does not know --save-mesh");
     check_refused("-a whitted --device none-such", "no device \"none-such\"");
     CHECK_FALSE(std::filesystem::exists(folder / "none.png"));
