@@ -6,7 +6,8 @@
 #     #include "shaders/name.inc"
 #     };
 # The name is that of the source, such as query.comp, if none is given. include/ and the source's folder are where
-# #include looks; what is included is watched. Needs LIGHTMESH_GLSLC.
+# #include looks; what is included is watched. Drivers optimise what they get: -O would only inline all calls before, and
+# lavapipe would compile for half a minute what takes it one second. Needs LIGHTMESH_GLSLC.
 function(lightmesh_add_shader target source)
     cmake_parse_arguments(PARSE_ARGV 2 shader "" "NAME" "DEFINES;INCLUDES")
     get_filename_component(source ${source} ABSOLUTE)
@@ -19,7 +20,7 @@ function(lightmesh_add_shader target source)
     file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/shaders)
     add_custom_command(
         OUTPUT ${words}
-        COMMAND ${LIGHTMESH_GLSLC} -O --target-env=vulkan1.1 -Werror -mfmt=num -I${PROJECT_SOURCE_DIR}/include
+        COMMAND ${LIGHTMESH_GLSLC} --target-env=vulkan1.1 -Werror -mfmt=num -I${PROJECT_SOURCE_DIR}/include
                 ${shader_INCLUDES} ${shader_DEFINES} -MD -MF ${words}.d -MT ${words} -o ${words} ${source}
         DEPENDS ${source}
         DEPFILE ${words}.d

@@ -31,6 +31,7 @@ constexpr std::uint32_t ray_is_asked = 3;
 struct Work {
     std::uint32_t point_count;
     std::uint32_t rays_per_point;
+    std::uint32_t only_awaiting;
     std::uint32_t sums_only;
 };
 
@@ -48,7 +49,7 @@ std::vector<float> floats_of(std::span<const lightmesh::SurfacePoint> points) {
 /// Points that are asked at once.
 struct MeshQueries::Batch {
     Batch(MeshQueries& from, std::span<const lightmesh::SurfacePoint> points)
-        : work{static_cast<std::uint32_t>(points.size()), from.rays_per_point_, 0},
+        : work{static_cast<std::uint32_t>(points.size()), from.rays_per_point_, 0, 0},
           positions(from.device_, std::as_bytes(std::span<const float>(floats_of(points)))),
           values(from.device_, points.size() * (std::max)(from.light_count_, std::size_t{1}) * sizeof(float)),
           rays(from.device_, points.size() * from.rays_per_point_ * sizeof(Ray)),
@@ -77,9 +78,12 @@ struct MeshQueries::Batch {
         return *made;
     }
 
-    double run(const ComputeDevice& device, bool sums_only) const {
+    enum class Kind { all, awaiting, sums };
+
+    double run(const ComputeDevice& device, Kind kind) const {
         Work now = work;
-        now.sums_only = sums_only ? 1 : 0;
+        now.only_awaiting = kind == Kind::awaiting ? 1 : 0;
+        now.sums_only = kind == Kind::sums ? 1 : 0;
         return device.run([&](const ComputeCommands& commands) {
             commands.dispatch(kernel, (now.point_count + 63) / 64, 1, 1, std::as_bytes(std::span(&now, 1)));
         });
@@ -145,7 +149,7 @@ std::size_t MeshQueries::upload(std::span<const std::byte> snapshot) {
 }
 
 MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> points,
-                                     const TraceSegments& trace) {
+                                     const TraceSegments& trace, int timed_runs) {
     constexpr std::size_t most_bytes = std::size_t{1} << 27;
     const std::size_t most =
         (std::min)(most_bytes / (sizeof(float) * (std::max)(light_count_, std::size_t{1})),
@@ -153,33 +157,32 @@ MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> po
     Answer answer;
     for (std::size_t first = 0; first < points.size(); first += most) {
         const auto some = points.subspan(first, (std::min)(most, points.size() - first));
-        const auto batch = std::make_shared<const Batch>(*this, some);
+        const Batch batch(*this, some);
         const std::vector<std::byte> no_requests = lightmesh::empty_requests(request_capacity_);
-        double seconds = 0.0;
-        for (std::size_t traced = 1; traced != 0; answer.rays += traced) {
-            requests_->write(0, no_requests);
-            seconds = batch->run(device_, false);
-            traced = batch->trace_asked(trace);
+        for (auto kind = Batch::Kind::all;; kind = Batch::Kind::awaiting) {
+            batch.run(device_, kind);
+            const std::size_t traced = batch.trace_asked(trace);
+            answer.rays += traced;
+            if (traced == 0)
+                break;
         }
-        answer.seconds += seconds;
-        const auto values = batch->values.read_all<float>();
+        // Once more, since what was guessed of rays may have led to requests.
+        requests_->write(0, no_requests);
+        batch.run(device_, Batch::Kind::all);
+        const auto values = batch.values.read_all<float>();
         answer.values.insert(answer.values.end(), values.begin(),
                              values.begin() + static_cast<std::ptrdiff_t>(some.size() * light_count_));
         const auto requests = lightmesh::read_requests(requests_->read_all<std::byte>());
         answer.requests.insert(answer.requests.end(), requests.points.begin(), requests.points.end());
         answer.overflowed |= requests.overflowed;
-        for (const auto& end : batch->ends.read_all<std::array<float, 4>>())
+        for (const auto& end : batch.ends.read_all<std::array<float, 4>>())
             answer.points_without_rays += end[3] != 0.0f ? 1u : 0u;
-        last_ = batch;
+        double least = timed_runs > 0 ? std::numeric_limits<double>::infinity() : 0.0;
+        for (int i = 0; i < timed_runs; ++i)
+            least = (std::min)(least, batch.run(device_, Batch::Kind::sums));
+        answer.seconds += least;
     }
     return answer;
-}
-
-double MeshQueries::time_sums(int runs) {
-    double least = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < runs; ++i)
-        least = (std::min)(least, last_->run(device_, true));
-    return least;
 }
 
 }  // namespace demo

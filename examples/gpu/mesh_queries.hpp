@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -40,13 +39,11 @@ public:
     /// were. Throws what `lightmesh::SnapshotView` and `lightmesh::MeshUpload` throw.
     std::size_t upload(std::span<const std::byte> snapshot);
 
-    /// S of all lights at points, without their footprints; of these no more at a time than fit into 2^27
-    /// bytes of values and of rays.
-    Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace);
-
-    /// Seconds of the device for the sums over all lights at the points of the last `ask`, which must have
-    /// been one batch: the least of `runs`.
-    double time_sums(int runs);
+    /// S of all lights at points, without their footprints; no more at a time than fit into 2^27 bytes of
+    /// values and of rays. `timed_runs`: then asks so many times more, with all rays known, and adds up
+    /// instead of writing what it finds; the least time of these counts.
+    Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
+               int timed_runs = 0);
 
     const lightmesh::MeshUpload& uploaded() const { return *upload_; }
 
@@ -61,7 +58,6 @@ private:
     std::vector<ComputeBuffer> buffers_;
     std::optional<ComputeBuffer> requests_;
     std::array<std::optional<ComputeKernel>, 2> kernels_;  ///< for q up to 4, and up to 16
-    std::shared_ptr<const Batch> last_;
 };
 
 }  // namespace demo

@@ -14,7 +14,8 @@ layout(std430, set = 1, binding = 3) buffer Ends { vec4 ends[]; };   // where th
 layout(push_constant) uniform Work {
     uint point_count;
     uint rays_per_point;
-    uint sums_only;  // one value a point: the sum over its lights
+    uint only_awaiting;  // leaves points alone whose rays were all known
+    uint sums_only;      // one value a point: the sum over its lights
 };
 
 const uint open = 1u;
@@ -24,11 +25,12 @@ const uint asked = 3u;
 uint ray_number = 0u;
 bool awaits_rays = false;
 
+// What is not known yet is taken as open, as most of it is.
 bool lightmesh_is_open(vec3 from, vec3 to) {
     uint number = ray_number++;
     if (number >= rays_per_point) {
         awaits_rays = true;
-        return false;
+        return true;
     }
     uint slot = gl_GlobalInvocationID.x * rays_per_point + number;
     uvec4 ray = rays[slot];
@@ -37,12 +39,12 @@ bool lightmesh_is_open(vec3 from, vec3 to) {
         return ray.w == open;
     rays[slot] = uvec4(end, asked);
     awaits_rays = true;
-    return false;
+    return true;
 }
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= point_count)
+    if (i >= point_count || (only_awaiting != 0u && ends[i].w == 0.0))
         return;
     vec3 position = vec3(points[6u * i], points[6u * i + 1u], points[6u * i + 2u]);
     vec3 normal = vec3(points[6u * i + 3u], points[6u * i + 4u], points[6u * i + 5u]);

@@ -1,4 +1,5 @@
 #version 450
+// SPDX-License-Identifier: MIT
 // values[i] = factors[i % 4] * values[i] + added, for gpu_compute_test.cpp.
 layout(local_size_x = 64) in;
 layout(std430, set = 0, binding = 1) buffer Values { uint values[]; };
