@@ -290,6 +290,8 @@ TEST_CASE("gpu frame: light meshes on all levels, and caches, that the host fill
     check_same_picture(device, demo::make_rooms(), "cache", options);
     check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked",
                        options);
+    options.width = 48;
+    options.height = 36;
     check_same_picture(device, demo::make_park(), "linked", options);
 }
 
