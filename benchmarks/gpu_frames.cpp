@@ -127,7 +127,7 @@ void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     const demo::GpuScene copy(device, embree);
     demo::GpuRays rays(device, copy);
     const auto row = [&](const char* kind, const Rays& r) {
-        std::printf("| %s | %s | %zu | %.3f | %.3f | %zu |\n", scene.name.c_str(), kind, r.count,
+        std::printf("| %s | %s | %zu | %.3f | %.6f | %zu |\n", scene.name.c_str(), kind, r.count,
                     1e3 * r.seconds, 1e-9 * static_cast<double>(r.count) / r.seconds, r.differing);
         std::fflush(stdout);
     };
