@@ -15,7 +15,9 @@ build=${LIGHTMESH_BUILD_DIR:-$root/build}/benchmarks
 
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
-cmake --build "$build" --target lightmesh-gpu-benchmark --parallel "$(nproc)"
+cmake --build "$build" --target lightmesh-gpu-benchmark lightmesh-gpu-cache-benchmark --parallel "$(nproc)"
 
 echo
 "$build/benchmarks/lightmesh-gpu-benchmark" "$@"
+echo
+"$build/benchmarks/lightmesh-gpu-cache-benchmark" "$@"
