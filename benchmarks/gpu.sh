@@ -15,9 +15,10 @@ build=${LIGHTMESH_BUILD_DIR:-$root/build}/benchmarks
 
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
-cmake --build "$build" --target lightmesh-gpu-benchmark lightmesh-gpu-frame-benchmark --parallel "$(nproc)"
+cmake --build "$build" --parallel "$(nproc)" \
+    --target lightmesh-gpu-benchmark lightmesh-gpu-cache-benchmark lightmesh-gpu-frame-benchmark
 
-echo
-"$build/benchmarks/lightmesh-gpu-benchmark" "$@"
-echo
-"$build/benchmarks/lightmesh-gpu-frame-benchmark" "$@"
+for benchmark in lightmesh-gpu-benchmark lightmesh-gpu-cache-benchmark lightmesh-gpu-frame-benchmark; do
+    echo
+    "$build/benchmarks/$benchmark" "$@"
+done

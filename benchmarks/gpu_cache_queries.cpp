@@ -58,14 +58,14 @@ std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, flo
             std::span(expected).subspan(first * cache.light_count(), size * cache.light_count()));
     });
 
-    demo::CacheQueries queries(device, points.size());
+    demo::CacheQueries queries(device);
     const auto snapshot = cache.snapshot();
     const std::size_t bytes = queries.upload(snapshot);
     const auto trace = [&](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
         tbb::parallel_for(std::size_t{0}, segments.size(),
                           [&](std::size_t i) { hit[i] = tracer.occluded(segments[i]) ? 1 : 0; });
     };
-    const auto answer = queries.ask(points, trace, device.is_cpu() ? 1 : 5);
+    const auto answer = queries.ask(points, trace, device.is_cpu() ? 1 : 5, points.size());
     std::size_t differing = answer.points_without_rays;
     std::size_t lacking = 0;
     for (const lightmesh::CacheRequest& request : answer.requests)

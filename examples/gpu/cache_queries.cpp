@@ -53,13 +53,13 @@ std::vector<Point> points_of(std::span<const lightmesh::SurfacePoint> points) {
 
 /// Points that are asked at once.
 struct CacheQueries::Batch {
-    Batch(CacheQueries& from, std::span<const lightmesh::SurfacePoint> some)
+    Batch(CacheQueries& from, std::span<const lightmesh::SurfacePoint> some, std::size_t request_capacity)
         : work{static_cast<std::uint32_t>(some.size()), from.rays_per_point_, 0, 0},
           points(from.device_, std::as_bytes(std::span<const Point>(points_of(some)))),
           values(from.device_, some.size() * (std::max)(from.light_count_, std::size_t{1}) * sizeof(float)),
           rays(from.device_, some.size() * from.rays_per_point_ * sizeof(Ray)),
           awaiting(from.device_, some.size() * sizeof(std::uint32_t)),
-          requests(from.device_, lightmesh::CacheUpload::empty_requests(from.request_capacity_)),
+          requests(from.device_, lightmesh::CacheUpload::empty_requests(request_capacity)),
           kernel(bound(from)) {}
 
     const ComputeKernel& bound(CacheQueries& from) const {
@@ -117,9 +117,8 @@ struct CacheQueries::Batch {
     ComputeKernel kernel;
 };
 
-CacheQueries::CacheQueries(const ComputeDevice& device, std::size_t request_capacity,
-                           std::uint32_t rays_per_point)
-    : device_(device), request_capacity_(request_capacity), rays_per_point_(rays_per_point) {}
+CacheQueries::CacheQueries(const ComputeDevice& device, std::uint32_t rays_per_point)
+    : device_(device), rays_per_point_(rays_per_point) {}
 
 std::size_t CacheQueries::upload(std::span<const std::byte> snapshot) {
     const lightmesh::SnapshotView view(snapshot);
@@ -136,7 +135,8 @@ std::size_t CacheQueries::upload(std::span<const std::byte> snapshot) {
 }
 
 CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> points,
-                                       const TraceSegments& trace, int timed_runs) {
+                                       const TraceSegments& trace, int timed_runs,
+                                       std::size_t request_capacity) {
     constexpr std::size_t most_bytes = std::size_t{1} << 27;
     const std::size_t most =
         (std::min)(most_bytes / (sizeof(float) * (std::max)(light_count_, std::size_t{1})),
@@ -144,7 +144,7 @@ CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> 
     Answer answer;
     for (std::size_t first = 0; first < points.size(); first += most) {
         const auto some = points.subspan(first, (std::min)(most, points.size() - first));
-        const Batch batch(*this, some);
+        const Batch batch(*this, some, request_capacity);
         for (bool only_awaiting = false;; only_awaiting = true) {
             batch.run(device_, only_awaiting, false);
             const std::size_t traced = batch.trace_asked(trace);
@@ -153,7 +153,7 @@ CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> 
                 break;
         }
         // Once more, since what was guessed of rays may have led to requests.
-        batch.requests.write(0, lightmesh::CacheUpload::empty_requests(request_capacity_));
+        batch.requests.write(0, lightmesh::CacheUpload::empty_requests(request_capacity));
         batch.run(device_, false, false);
         const auto values = batch.values.read_all<float>();
         answer.values.insert(answer.values.end(), values.begin(),

@@ -27,8 +27,7 @@ public:
         std::size_t rays = 0;
     };
 
-    explicit CacheQueries(const ComputeDevice& device, std::size_t request_capacity = 65536,
-                          std::uint32_t rays_per_point = 48);
+    explicit CacheQueries(const ComputeDevice& device, std::uint32_t rays_per_point = 48);
 
     /// Uploads a cache's snapshot. Returns how many bytes that were. Throws what `lightmesh::SnapshotView`
     /// and `lightmesh::CacheUpload` throw; then what was uploaded before stays.
@@ -38,13 +37,12 @@ public:
     /// `timed_runs`: then asks so many times more, with all rays known, and adds up instead of writing what
     /// it finds; the least time of these counts.
     Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
-               int timed_runs = 0);
+               int timed_runs = 0, std::size_t request_capacity = 65536);
 
 private:
     struct Batch;
 
     ComputeDevice device_;
-    std::size_t request_capacity_;
     std::uint32_t rays_per_point_;
     std::size_t light_count_ = 0;
     std::vector<ComputeBuffer> buffers_;

@@ -1107,10 +1107,17 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
     return unknown;
 }
 
-// The float nearest to a double nearest to a sum's share of 2^38 * 255.
-uint lightmesh_cache_share_bits(uint low, uint high) {
-    uvec2 sum = lightmesh_double_round(0u, 63, uvec2(low, high));
-    return floatBitsToUint(lightmesh_double_to_float(lightmesh_double_divide(sum, uvec2(0u, 0x42cfe000u))));
+// The float nearest to the double nearest to a sum's share of 2^38 * 255: divided digit by digit, of 16 bits each.
+float lightmesh_cache_share_of_sum(uint low, uint high) {
+    uvec4 digits = uvec4(high, low >> 16, low & 0xffffu, 0u);
+    uint rest = 0u;
+    for (int i = 0; i < 4; ++i) {
+        uint value = rest << 16 | digits[i];
+        digits[i] = value / 255u;
+        rest = value - 255u * digits[i];
+    }
+    return lightmesh_double_to_float(lightmesh_double_round(
+        0u, 9, uvec2(digits.z << 16 | digits.w | (rest != 0u ? 1u : 0u), digits.x << 16 | digits.y)));
 }
 
 // S of the asked lights of a tile; 0 for others. What is not known is marked, and why is added to `at.lacks`.
@@ -1154,8 +1161,12 @@ void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, 
             shares.values[k] = found;
         }
     }
-    for (uint l = 0u; l < count && shares.is_float; ++l)
-        shares.values[l >> 2][l & 3u] = lightmesh_cache_share_bits(low[l >> 2][l & 3u], shares.values[l >> 2][l & 3u]);
+    for (uint k = 0u; k < words && shares.is_float; ++k) {
+        uvec4 lower = low[k], upper = shares.values[k];
+        for (int l = 0; l < 4; ++l)
+            upper[l] = floatBitsToUint(lightmesh_cache_share_of_sum(lower[l], upper[l]));
+        shares.values[k] = upper;
+    }
     shares.unknown |= by_rays;
 }
 
