@@ -3,7 +3,8 @@
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_DATADIR}/cmake/lightmesh)
 
-install(DIRECTORY include/lightmesh DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY include/lightmesh DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp"
+        PATTERN "*.glsl")
 install(TARGETS lightmesh lightmesh_tune EXPORT lightmeshTargets)
 install(EXPORT lightmeshTargets NAMESPACE lightmesh:: DESTINATION ${package_folder})
 

@@ -9,10 +9,10 @@
 set -euo pipefail
 
 examples=(g++ make cmake libglm-dev libembree-dev libtbb-dev libassimp-dev libcli11-dev libopenexr-dev libstb-dev
-    libtinygltf-dev libdraco-dev libmeshoptimizer-dev libvulkan-dev mesa-vulkan-drivers nlohmann-json3-dev)
+    libtinygltf-dev libdraco-dev libmeshoptimizer-dev libvulkan-dev mesa-vulkan-drivers glslc nlohmann-json3-dev)
 benchmarks=(libbenchmark-dev gnuplot-nox jq libopenmpi-dev openmpi-bin)
 blender=(blender python3-numpy)
-tests=(xvfb xauth doctest-dev chromium glslc vulkan-validationlayers clang libclang-rt-14-dev clang-format-14 clang-tidy-14 doxygen)
+tests=(xvfb xauth doctest-dev chromium vulkan-validationlayers clang libclang-rt-14-dev clang-format-14 clang-tidy-14 doxygen)
 
 wanted=("${examples[@]}")
 for part in "${@:-tests}"; do

@@ -36,6 +36,7 @@
 #include <thread>
 #include <tuple>
 #include <type_traits>
+#include <unordered_map>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -87,6 +88,7 @@
 
 #include "blank_adapters.hpp"
 
+#include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/lightmesh.hpp>
 #include <lightmesh/tune.hpp>
 

@@ -36,6 +36,8 @@ TEST_CASE("the examples of one feature each do what they say") {
     check_prints("snapshots", "a second start: 0 long rays, the same values");
     check_prints("snapshots", "not in the snapshot: 2 values");
     check_prints("snapshots", "its checksum is wrong");
+    check_prints("shaders", "missing: 0 of 130");
+    check_prints("shaders", "the CPU's values: yes");
     check_prints("tuning", "A cache rather than a mesh (r 0.8, ");
     check_prints("tuning", "paste: lightmesh::CacheSettings{.spacing = 0.");
     check_prints("visibility_cache", "softer with distance: yes");

@@ -182,21 +182,23 @@ inline vk::raii::PhysicalDevice choose_device(const vk::raii::Instance& instance
     throw std::runtime_error("Vulkan: no device \"" + wanted + "\"; there are:" + names);
 }
 
-inline std::uint32_t graphics_family(const vk::raii::PhysicalDevice& device) {
+/// The first family of queues that take this kind of work: to draw, or to compute.
+inline std::uint32_t family_for(const vk::raii::PhysicalDevice& device, vk::QueueFlagBits work) {
     const auto families = device.getQueueFamilyProperties();
-    const auto found = std::ranges::find_if(families, [](const vk::QueueFamilyProperties& family) {
-        return static_cast<bool>(family.queueFlags & vk::QueueFlagBits::eGraphics);
+    const auto found = std::ranges::find_if(families, [work](const vk::QueueFamilyProperties& family) {
+        return static_cast<bool>(family.queueFlags & work);
     });
     if (found == families.end())
-        throw std::runtime_error("Vulkan: " + name_of(device) + " cannot draw");
+        throw std::runtime_error("Vulkan: " + name_of(device) + " cannot " +
+                                 (work == vk::QueueFlagBits::eGraphics ? "draw" : "compute"));
     return static_cast<std::uint32_t>(found - families.begin());
 }
 
 /// A device with one queue. Keep it where it is: others point to it.
 struct Device {
-    explicit Device(VulkanDepthOptions chosen)
+    explicit Device(VulkanDepthOptions chosen, vk::QueueFlagBits work = vk::QueueFlagBits::eGraphics)
         : options(std::move(chosen)), context(load()), instance(make_instance(context, options)),
-          physical(choose_device(instance, options.device)), family(graphics_family(physical)),
+          physical(choose_device(instance, options.device)), family(family_for(physical, work)),
           device(make_device()), queue(device, family, 0),
           commands(device, vk::CommandPoolCreateInfo(vk::CommandPoolCreateFlagBits::eTransient, family)) {
         if (options.validate)

@@ -50,6 +50,21 @@ std::vector<lightmesh::Light> lamps_of(const EmbreeScene& scene, const Visibilit
     return lamps;
 }
 
+std::vector<float> sizes_at_ends(std::span<const lightmesh::Light> lamps, float far_away) {
+    std::vector<float> sizes;
+    for (const lightmesh::Light& lamp : lamps) {
+        if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lamp))
+            sizes.push_back(far_away * std::tan(sun->angular_radius));
+        else if (const auto* spot = std::get_if<lightmesh::SpotLight>(&lamp))
+            sizes.push_back(spot->radius);
+        else if (const auto* point = std::get_if<lightmesh::PointLight>(&lamp))
+            sizes.push_back(point->radius);
+        else
+            sizes.push_back(0.0f);
+    }
+    return sizes;
+}
+
 std::string lamp_size_text(std::span<const lightmesh::Light> lamps) {
     std::vector<float> radii;
     std::vector<float> angles;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/commands.hpp"
+#include "render/on_gpu.hpp"
 #include "render/open_scene.hpp"
 #include "render/options.hpp"
 #include "render/ranks.hpp"
@@ -23,6 +24,7 @@ struct PictureOptions : CommonOptions {
     std::string exr;
     std::string mesh;
     std::string saved_mesh;
+    std::string on = "cpu";
 };
 
 /// Says which option of meshes does not fit the algorithm.
@@ -55,6 +57,8 @@ int make_picture(const PictureOptions& options, Ranks& ranks) {
     const std::filesystem::path output =
         options.output.empty() ? scene_name.stem().string() + ".png" : options.output;
     check_mesh_options(options);
+    if (options.on == "gpu")
+        require_one_rank(ranks, "picture --on gpu");
     if (ranks.is_first())
         prepare_files(options, output);
     const Scene scene = ranks.is_first() ? show_scene(options) : open_scene(options);
@@ -64,7 +68,8 @@ int make_picture(const PictureOptions& options, Ranks& ranks) {
         visibility.known = load_mesh(options.mesh, scene);
     visibility.keep_snapshot = !options.saved_mesh.empty();
     const EmbreeScene embree(scene);
-    const Run made = run(options.algorithm, embree, visibility, options.render, ranks);
+    const Run made = options.on == "gpu" ? run_on_gpu(options.algorithm, embree, visibility, options.render)
+                                         : run(options.algorithm, embree, visibility, options.render, ranks);
     if (!ranks.is_first())
         return 0;
     // Also of a picture that is not finished: what was found is worth as much.
@@ -74,7 +79,10 @@ int make_picture(const PictureOptions& options, Ranks& ranks) {
         std::cerr << "interrupted: " << output.string() << " stays as it was\n";
         return exit_interrupted;
     }
-    write_image(output.extension() == ".png" ? toned(made.image, options.render.tone) : made.image, output);
+    if (output.extension() != ".png")
+        write_image(made.image, output);
+    else
+        write_image(options.on == "gpu" ? made.toned : toned(made.image, options.render.tone), output);
     std::cout << report(made, embree) << "picture: " << output.string() << '\n';
     if (!options.saved_mesh.empty())
         std::cout << "saved: " << options.saved_mesh << '\n';
@@ -103,6 +111,9 @@ void add_picture_command(CLI::App& program, Ranks& ranks, int& status) {
         "begin with what --save-mesh has written, of the same algorithm, scene, lamps, r, q and g");
     command->add_option("--save-mesh", options->saved_mesh,
                         "write the cache or the light mesh to a file (cache, lmm, linked, express)");
+    command->add_option("--on", options->on, "what renders: the CPU, or compute shaders on --device")
+        ->check(CLI::IsMember({"cpu", "gpu"}))
+        ->capture_default_str();
     add_render_options(*command, *options);
     add_tone_option(*command, *options);
     command->callback([options, &ranks, &status] { status = make_picture(*options, ranks); });

@@ -101,22 +101,6 @@ private:
     std::vector<std::size_t> numbers_;
 };
 
-/// The radii of lamps where segments to them end; of rectangles 0.
-std::vector<float> sizes_at_ends(std::span<const lightmesh::Light> lamps, float far_away) {
-    std::vector<float> sizes;
-    for (const lightmesh::Light& lamp : lamps) {
-        if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lamp))
-            sizes.push_back(far_away * std::tan(sun->angular_radius));
-        else if (const auto* spot = std::get_if<lightmesh::SpotLight>(&lamp))
-            sizes.push_back(spot->radius);
-        else if (const auto* point = std::get_if<lightmesh::PointLight>(&lamp))
-            sizes.push_back(point->radius);
-        else
-            sizes.push_back(0.0f);
-    }
-    return sizes;
-}
-
 class HardShadows final : public RayVisibility {
 public:
     using RayVisibility::RayVisibility;

@@ -127,6 +127,8 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"quality q", number(run.settings.quality)});
     table.add_row({"spacing g", number(run.spacing)});
     table.add_row({"lamp radius", run.lamp_sizes});
+    if (!run.device.empty())
+        table.add_row({"device", run.device});
     if (run.ranks > 1)
         table.add_row({"ranks, whose points and rays are summed", std::to_string(run.ranks)});
     table.add_row({"surface points", grouped(spent.shading_points)});
@@ -134,10 +136,14 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"seconds: BVH", fixed(scene.seconds_building(), 3)});
     table.add_row({"seconds: preparing shadows", fixed(run.seconds_preparing, 3)});
     table.add_row({"seconds: rendering", fixed(spent.seconds, 3)});
-    table.add_row({"  of all threads: rays to surfaces", fixed(spent.seconds_tracing, 3)});
-    table.add_row({run.mesh ? "  of all threads: light mesh" : "  of all threads: shadows",
-                   fixed(spent.visibility.seconds, 3)});
-    table.add_row({"  of all threads: shading", fixed(spent.seconds_shading, 3)});
+    if (run.device.empty()) {
+        table.add_row({"  of all threads: rays to surfaces", fixed(spent.seconds_tracing, 3)});
+        table.add_row({run.mesh ? "  of all threads: light mesh" : "  of all threads: shadows",
+                       fixed(spent.visibility.seconds, 3)});
+        table.add_row({"  of all threads: shading", fixed(spent.seconds_shading, 3)});
+    } else {
+        table.add_row({"  in shaders", fixed(run.seconds_device, 3)});
+    }
     table.add_rule();
     table.add_row({"primary rays", grouped(spent.primary_rays)});
     table.add_row({"mirrored and refracted rays", grouped(spent.secondary_rays)});
@@ -159,8 +165,9 @@ std::string report(const Run& run, const EmbreeScene& scene) {
                                : "memory of maps and volumes",
                    bytes_text(run.bytes)});
     const double pairs = static_cast<double>(spent.shading_points) * static_cast<double>(lights);
-    table.add_row(
-        {"ns per point and light", pairs > 0.0 ? fixed(1e9 * spent.visibility.seconds / pairs, 2) : "-"});
+    table.add_row({"ns per point and light", pairs > 0.0 && run.device.empty()
+                                                 ? fixed(1e9 * spent.visibility.seconds / pairs, 2)
+                                                 : "-"});
     return table.text();
 }
 

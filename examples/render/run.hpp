@@ -24,6 +24,9 @@ struct Run {
     float spacing = 0.0f;    ///< g, of a visibility cache
     std::string lamp_sizes;  ///< of algorithms that know sizes, for people
     Image image;
+    Image toned;                  ///< by `RenderOptions::tone`, of `run_on_gpu`; else empty
+    std::string device;           ///< of `run_on_gpu`; else empty
+    double seconds_device = 0.0;  ///< that its shaders took
     RenderStatistics statistics;
     double seconds_preparing = 0.0;  ///< until the first ray: devices opened, triangles copied
     std::optional<lightmesh::MeshStatistics> mesh;

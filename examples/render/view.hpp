@@ -49,6 +49,14 @@ public:
     float pixel_width() const { return is_orthographic_ ? pixel_ : 0.0f; }
     float pixel_angle() const { return is_orthographic_ ? 0.0f : pixel_; }
 
+    /// For shaders: the eye, the view's direction, and beside that the middle, the right half and the upper
+    /// half of the picture.
+    struct Axes {
+        glm::vec3 eye, forward, middle, right, up;
+        bool is_orthographic;
+    };
+    Axes axes() const { return {eye_, forward_, middle_, right_, up_, is_orthographic_}; }
+
 private:
     glm::vec3 aside(float column, float row) const {
         const float x = 2.0f * column / static_cast<float>(width_) - 1.0f;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// All of the library but `tune.hpp`. Its rooms, each of which knows only those before it:
+/// All of the library but `tune.hpp` and `gpu/`. Its rooms, each of which knows only those before it:
 ///
 ///     support/   vectors, checks, shared integers
 ///     adapters/  what a user's program must do, and may do: the contract
@@ -10,6 +10,7 @@
 ///     fill/      what is missing is traced, or looked up, and published
 ///     query/     equations (2) and (3): neighbours, short tests, sums; kernels
 ///     cache/     the visibility of real lamps at records on surfaces
+///     gpu/       what shaders read, and the shaders' side of it
 ///
 /// A newcomer reads `light_mesh.hpp` with `lights.hpp`, `settings.hpp` and `adapters/concepts.hpp`; then
 /// `mesh/brick.hpp` (what is stored), `query/query.hpp` (a query's way), `query/hemisphere.hpp` (the

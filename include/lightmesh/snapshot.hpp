@@ -36,6 +36,10 @@
 
 namespace lightmesh {
 
+namespace detail {
+struct SnapshotReaders;
+}
+
 /// A mesh or a cache that was saved by `LightMesh::snapshot` or `VisibilityCache::snapshot`, read where its
 /// bytes stand: in a vector, or in a file that is mapped into memory. Nothing is copied but the lights.
 ///
@@ -119,6 +123,8 @@ public:
     }
 
 private:
+    friend detail::SnapshotReaders;
+
     /// Of what is in `all` the values of the level replace `share`.
     void query_level(int k, const SurfacePoint& at, float share, std::span<float> all) const {
         if (const detail::SnapshotLevel* level = reader_->find(k))
@@ -196,5 +202,17 @@ private:
     std::unique_ptr<const detail::CacheReader> cache_;      ///< null for a mesh
     Settings mesh_settings_;                                ///< of a cache's mesh
 };
+
+namespace detail {
+
+/// What a view reads from, for what is laid out anew from it.
+struct SnapshotReaders {
+    /// Null for a cache.
+    static const SnapshotReader* mesh(const SnapshotView& view) { return view.reader_.get(); }
+    /// Null for a mesh.
+    static const CacheReader* cache(const SnapshotView& view) { return view.cache_.get(); }
+};
+
+}  // namespace detail
 
 }  // namespace lightmesh

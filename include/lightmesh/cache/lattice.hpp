@@ -54,6 +54,8 @@ public:
     int finest_level() const { return finest_; }
     /// World units.
     double step(int level) const { return step_[static_cast<std::size_t>(level)]; }
+    /// World units.
+    const glm::dvec3& origin(int level) const { return origin_[static_cast<std::size_t>(level)]; }
     glm::vec3 position(const glm::ivec3& index, int level) const {
         const auto l = static_cast<std::size_t>(level);
         return glm::vec3(origin_[l] + step_[l] * glm::dvec3(index));

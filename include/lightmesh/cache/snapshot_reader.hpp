@@ -49,6 +49,8 @@ public:
     const RowSource& row_source() const { return header_.row_source; }
     std::span<const StoredRecord> records() const { return records_; }
     std::span<const StoredAlias> aliases() const { return aliases_; }
+    /// The values of all tiles.
+    std::span<const std::uint64_t> octets() const { return octets_; }
     std::span<const StoredTile> tiles_of(const StoredRecord& record) const {
         return tiles_.subspan(record.first_tile, record.tile_count);
     }

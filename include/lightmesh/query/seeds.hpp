@@ -28,13 +28,19 @@ public:
 
     SeedCandidates() = default;
 
-    SeedCandidates(const Grid& grid, const glm::dvec3& grid_place, const glm::vec3& point,
-                   const glm::vec3& unit_normal) {
-        const double rounding = static_cast<double>(largest_component(point)) * 0x1p-20 / grid.step();
-        // A power of two, so that its products are exact.
+    /// The exponent of two of how far in front of a point the place lies, in steps; from the greatest of the
+    /// magnitudes of the point's components.
+    static int exponent_in_front(float largest_component_of_point, double step) {
+        const double rounding = static_cast<double>(largest_component_of_point) * 0x1p-20 / step;
         int exponent;
         static_cast<void>(std::frexp(0x1p-8 + rounding, &exponent));
-        const double in_front = std::ldexp(1.0, exponent);
+        return exponent;
+    }
+
+    SeedCandidates(const Grid& grid, const glm::dvec3& grid_place, const glm::vec3& point,
+                   const glm::vec3& unit_normal) {
+        // A power of two, so that its products are exact.
+        const double in_front = std::ldexp(1.0, exponent_in_front(largest_component(point), grid.step()));
         const glm::dvec3 place = grid_place + in_front * glm::dvec3(unit_normal);
         low_ = {floor_to_int(place.x), floor_to_int(place.y), floor_to_int(place.z)};
         const glm::ivec3 fraction{floor_to_int((place.x - low_.x) * 1024.0),

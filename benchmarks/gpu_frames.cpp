@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+
+// Rays and whole pictures by shaders, held against Embree and the CPU's renderer and timed:
+// lightmesh-gpu-frame-benchmark [--device NAME]. On a CPU that plays a GPU all is small: there it is about
+// what comes out, not about times.
+
+#include "gpu/gpu_rays.hpp"
+#include "gpu/gpu_renderer.hpp"
+#include "gpu/gpu_scene.hpp"
+#include "image/image.hpp"
+#include "render/illumination.hpp"
+#include "render/renderer.hpp"
+#include "render/stopwatch.hpp"
+#include "shading_points.hpp"
+
+#include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using lightmesh::Segment;
+
+constexpr std::size_t rays_at_once = std::size_t{1} << 21;
+
+/// From surface points to the lights that they face, point by point, at most `most`.
+std::vector<Segment> shadow_rays(const demo::EmbreeScene& scene, const bench::ShadingPoints& points,
+                                 std::size_t most) {
+    std::vector<Segment> rays;
+    for (std::size_t t = 0; t < points.tile_count(); ++t) {
+        const bench::Points tile = points.tile(t);
+        for (const demo::SceneLight& light : scene.scene().lights)
+            for (std::size_t i = 0; i < tile.size() && rays.size() < most; ++i) {
+                const Segment ray = demo::shadow_segment(light, tile.positions[i], tile.normals[i],
+                                                         scene.offset(), scene.far_away());
+                if (glm::dot(ray.target - ray.origin, tile.normals[i]) > 0.0f)
+                    rays.push_back(ray);
+            }
+    }
+    return rays;
+}
+
+/// From the eye through surface points.
+std::vector<Segment> eye_rays(const demo::EmbreeScene& scene, const bench::ShadingPoints& points) {
+    const glm::vec3& eye = scene.scene().camera.eye;
+    std::vector<Segment> rays;
+    for (std::size_t t = 0; t < points.tile_count(); ++t)
+        for (const glm::vec3& position : points.tile(t).positions)
+            rays.push_back({eye, position + 0.1f * (position - eye)});
+    return rays;
+}
+
+struct Rays {
+    std::size_t count = 0;
+    std::size_t differing = 0;  ///< from Embree's
+    double seconds = 0.0;       ///< of the device
+};
+
+/// The least time of `runs`.
+template <class Ask>
+double time_of(demo::GpuRays& rays, int runs, Ask&& ask) {
+    double least = 0.0;
+    for (int i = 0; i < runs; ++i) {
+        ask();
+        least = i == 0 ? rays.seconds() : (std::min)(least, rays.seconds());
+    }
+    return least;
+}
+
+Rays shadows(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<const Segment> segments,
+             int runs) {
+    Rays result;
+    const demo::EmbreeIntersector embree = scene.intersector();
+    for (std::size_t first = 0; first < segments.size(); first += rays_at_once) {
+        const auto some = segments.subspan(first, (std::min)(rays_at_once, segments.size() - first));
+        std::vector<float> found;
+        result.seconds += time_of(rays, runs, [&] { found = rays.let_through(some); });
+        std::vector<float> expected(some.size());
+        constexpr std::size_t block = 4096;
+        tbb::parallel_for(std::size_t{0}, (some.size() + block - 1) / block, [&](std::size_t b) {
+            std::vector<std::uint8_t> hit(block);
+            const std::size_t begin = b * block;
+            const std::size_t size = (std::min)(block, some.size() - begin);
+            embree.let_through(some.subspan(begin, size), std::span(hit).first(size),
+                               std::span(expected).subspan(begin, size));
+        });
+        for (std::size_t i = 0; i < some.size(); ++i)
+            result.differing += std::abs(found[i] - expected[i]) > 1e-3f ? 1u : 0u;
+        result.count += some.size();
+    }
+    return result;
+}
+
+Rays closest(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<const Segment> segments,
+             int runs) {
+    Rays result;
+    for (std::size_t first = 0; first < segments.size(); first += rays_at_once) {
+        const auto some = segments.subspan(first, (std::min)(rays_at_once, segments.size() - first));
+        std::vector<demo::GpuRays::Closest> found;
+        result.seconds += time_of(rays, runs, [&] { found = rays.closest(some); });
+        std::vector<std::uint8_t> differs(some.size());
+        tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t i) {
+            const auto hit = scene.trace(some[i].origin, some[i].target - some[i].origin, 1.0f);
+            differs[i] = (hit ? hit->triangle : ~0u) != found[i].triangle;
+        });
+        result.differing += static_cast<std::size_t>(std::ranges::count(differs, 1));
+        result.count += some.size();
+    }
+    return result;
+}
+
+void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
+    const bool is_small = device.is_cpu();
+    const int runs = is_small ? 1 : 5;
+    const demo::EmbreeScene embree(scene);
+    const bench::ShadingPoints points(embree, is_small ? 160 : 1920, is_small ? 112 : 1440);
+    const demo::GpuScene copy(device, embree);
+    demo::GpuRays rays(device, copy);
+    const auto row = [&](const char* kind, const Rays& r) {
+        std::printf("| %s | %s | %zu | %.3f | %.6f | %zu |\n", scene.name.c_str(), kind, r.count,
+                    1e3 * r.seconds, 1e-9 * static_cast<double>(r.count) / r.seconds, r.differing);
+        std::fflush(stdout);
+    };
+    row("eye to surface, the first hit", closest(rays, embree, eye_rays(embree, points), runs));
+    const std::size_t most = is_small ? 100000 : std::size_t{1} << 24;
+    row("surface to lights, any hit", shadows(rays, embree, shadow_rays(embree, points, most), runs));
+}
+
+/// The share of pixels that differ by more than one step of 8 bits.
+double share_of_other_pixels(const demo::Image& a, const demo::Image& b) {
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+        float most = 0.0f;
+        for (int channel = 0; channel < 3; ++channel) {
+            const float from = std::round(255.0f * demo::to_srgb(a.pixels[i][channel]));
+            const float to = std::round(255.0f * demo::to_srgb(b.pixels[i][channel]));
+            most = (std::max)(most, std::abs(from - to));
+        }
+        others += most > 1.0f ? 1u : 0u;
+    }
+    return static_cast<double>(others) / static_cast<double>(a.pixels.size());
+}
+
+void time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, const std::string& algorithm) {
+    const demo::EmbreeScene embree(scene);
+    demo::VisibilityOptions visibility;
+    visibility.settings.radius = scene.radius;
+    visibility.settings.quality = scene.quality;
+    demo::RenderOptions options;
+    options.width = device.is_cpu() ? 160 : 960;
+    options.height = device.is_cpu() ? 120 : 720;
+    demo::RenderStatistics statistics;
+    const auto shadows = demo::make_visibility(algorithm, embree, visibility);
+    const demo::Image expected = demo::render(embree, *shadows, options, statistics);
+    const double cold_on_cpu = statistics.seconds;
+    demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+    const demo::GpuPicture first = renderer.render(statistics);
+    const double cold = statistics.seconds;
+    const demo::GpuPicture second = renderer.render(statistics);
+    std::printf("| %s | %s | %d x %d | %.1f | %.1f | %.1f | %.1f | %.4f |\n", scene.name.c_str(),
+                algorithm.c_str(), options.width, options.height, 1e3 * cold_on_cpu, 1e3 * cold,
+                1e3 * statistics.seconds, 1e3 * second.seconds_device,
+                100.0 * share_of_other_pixels(expected, first.linear));
+    std::fflush(stdout);
+}
+
+void run(const demo::ComputeOptions& options) {
+    const demo::ComputeDevice device(options);
+    std::printf("%s, %s\n\n", device.name().c_str(), device.driver().c_str());
+    std::printf(
+        "| scene | rays | number | ms | G rays/s | differ from Embree's |\n|---|---|--:|--:|--:|--:|\n");
+    time_rays(device, demo::make_park());
+    time_rays(device, demo::make_rooms());
+    std::printf("\n| scene | shadows | picture | CPU, cold: ms | device and host, cold: ms | again: ms | of "
+                "that shaders: ms | pixels that differ by more than a step, %% |\n"
+                "|---|---|--:|--:|--:|--:|--:|--:|\n");
+    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
+        for (const char* algorithm : {"whitted", "cache", "linked", "express"})
+            time_frames(device, scene, algorithm);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    demo::ComputeOptions options;
+    if (argc == 3 && std::string_view(argv[1]) == "--device") {
+        options.device = argv[2];
+    } else if (argc != 1) {
+        std::fprintf(stderr, "usage: lightmesh-gpu-frame-benchmark [--device NAME]\n");
+        return 2;
+    }
+    try {
+        run(options);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "lightmesh-gpu-frame-benchmark: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}

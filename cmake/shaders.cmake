@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+
+# lightmesh_add_shader(TARGET SOURCE [NAME name] [DEFINES NAME=VALUE ...] [INCLUDES folder ...]): compiles a shader to
+# SPIR-V with the target, which finds its words, comma by comma, as
+#     constexpr std::uint32_t words[] = {
+#     #include "shaders/name.inc"
+#     };
+# The name is that of the source, such as query.comp, if none is given. include/ and the source's folder are where
+# #include looks; what is included is watched. Drivers optimise what they get: -O would only inline all calls before, and
+# lavapipe would compile for half a minute what takes it one second. Needs LIGHTMESH_GLSLC.
+function(lightmesh_add_shader target source)
+    cmake_parse_arguments(PARSE_ARGV 2 shader "" "NAME" "DEFINES;INCLUDES")
+    get_filename_component(source ${source} ABSOLUTE)
+    if(NOT shader_NAME)
+        get_filename_component(shader_NAME ${source} NAME)
+    endif()
+    list(TRANSFORM shader_DEFINES PREPEND -D)
+    list(TRANSFORM shader_INCLUDES PREPEND -I)
+    set(words ${CMAKE_CURRENT_BINARY_DIR}/shaders/${shader_NAME}.inc)
+    file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/shaders)
+    add_custom_command(
+        OUTPUT ${words}
+        COMMAND ${LIGHTMESH_GLSLC} --target-env=vulkan1.1 -Werror -mfmt=num -I${PROJECT_SOURCE_DIR}/include
+                ${shader_INCLUDES} ${shader_DEFINES} -MD -MF ${words}.d -MT ${words} -o ${words} ${source}
+        DEPENDS ${source}
+        DEPFILE ${words}.d
+        COMMENT "Compiling shader ${shader_NAME}"
+        VERBATIM)
+    target_sources(${target} PRIVATE ${words})
+    target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
+endfunction()

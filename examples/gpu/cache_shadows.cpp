@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "gpu/cache_shadows.hpp"
+
+#include "render/lamps.hpp"
+
+#include <lightmesh/gpu/cache_upload.hpp>
+#include <lightmesh/snapshot.hpp>
+#include <lightmesh/surface_point.hpp>
+#include <lightmesh/visibility_cache.hpp>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <span>
+
+namespace demo {
+
+namespace {
+
+using lightmesh::CacheUpload;
+using lightmesh::SurfacePoint;
+
+/// After so many turns of asking and filling the host answers for points that still ask: rays along an edge
+/// may be blocked for the device and open for the host, which then does not know that there is something to
+/// fill.
+constexpr int enough_turns = 8;
+
+/// Calls act(first, size) for parts of `count`, on all threads.
+template <class Act>
+void for_parts(std::size_t count, Act&& act) {
+    constexpr std::size_t at_once = 256;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, at_once),
+                      [&](const auto& part) { act(part.begin(), part.size()); });
+}
+
+}  // namespace
+
+struct CacheShadows::Parts {
+    Parts(const ComputeDevice& on, const EmbreeScene& scene, const VisibilityOptions& options,
+          std::size_t pixels)
+        : device(on), cache(scene.intersector(), lamps_of(scene, options), cache_settings_of(options)),
+          row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
+          no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {
+        upload();
+    }
+
+    void upload() {
+        bytes = cache.snapshot();
+        const lightmesh::SnapshotView view(bytes);
+        const CacheUpload uploaded(view);
+        buffers.clear();
+        for (const lightmesh::UploadBuffer& buffer : uploaded.buffers())
+            buffers.emplace_back(device, buffer.bytes);
+    }
+
+    void fill(std::span<const SurfacePoint> points) {
+        for_parts(points.size(),
+                  [&](std::size_t first, std::size_t size) { cache.fill(points.subspan(first, size)); });
+        upload();
+    }
+
+    void answer(std::span<const SurfacePoint> points, std::span<const std::uint32_t> of_pixels) {
+        const std::size_t lights = cache.light_count();
+        const std::size_t first_row = lights == 0 ? 0 : values.size() / lights;
+        values.resize((first_row + points.size()) * lights);
+        const std::span<float> added = std::span(values).subspan(first_row * lights);
+        for_parts(points.size(), [&](std::size_t first, std::size_t size) {
+            cache.visibility(points.subspan(first, size), added.subspan(first * lights, size * lights));
+        });
+        for (std::size_t i = 0; i < points.size(); ++i)
+            row_of_pixel[of_pixels[i]] = static_cast<std::uint32_t>(first_row + i + 1);
+        rows.write(0, std::as_bytes(std::span(row_of_pixel)));
+        answers = ComputeBuffer(device, std::as_bytes(std::span(values)));
+    }
+
+    ComputeDevice device;
+    lightmesh::VisibilityCache<EmbreeIntersector> cache;
+    std::vector<std::byte> bytes;  ///< the cache as it was uploaded
+    std::vector<ComputeBuffer> buffers;
+    std::vector<std::uint32_t> row_of_pixel;
+    ComputeBuffer rows;
+    std::vector<float> values;  ///< the host's answers of this round
+    ComputeBuffer answers;
+    std::vector<std::byte> no_requests;
+    ComputeBuffer requests;
+    int turns = 0;  ///< of this round
+};
+
+CacheShadows::CacheShadows(const ComputeDevice& device, const EmbreeScene& scene,
+                           const VisibilityOptions& options, std::size_t pixels)
+    : parts_(std::make_unique<Parts>(device, scene, options, pixels)) {}
+
+CacheShadows::~CacheShadows() = default;
+
+std::vector<ComputeBinding> CacheShadows::bindings() const {
+    std::vector<ComputeBinding> made;
+    for (const ComputeBuffer& buffer :
+         {parts_->buffers[0], parts_->buffers[1], parts_->requests, parts_->rows, parts_->answers})
+        made.push_back({.set = set, .binding = static_cast<std::uint32_t>(made.size()), .buffer = buffer});
+    return made;
+}
+
+void CacheShadows::begin_round() {
+    parts_->turns = 0;
+    if (parts_->values.empty())
+        return;
+    parts_->values.clear();
+    std::ranges::fill(parts_->row_of_pixel, 0u);
+    parts_->rows.write(0, std::as_bytes(std::span(parts_->row_of_pixel)));
+}
+
+void CacheShadows::bind(const ComputeKernel& kernel) const {
+    for (const ComputeBinding& binding : bindings())
+        kernel.bind(binding);
+    parts_->requests.write(0, parts_->no_requests);
+}
+
+bool CacheShadows::fill() {
+    const auto bytes = parts_->requests.read_all<std::byte>();
+    if (CacheUpload::request_count(bytes) == 0)
+        return false;
+    const bool fills = ++parts_->turns <= enough_turns;
+    std::vector<SurfacePoint> lacking;
+    std::vector<SurfacePoint> asked;
+    std::vector<std::uint32_t> of_pixels;
+    for (const lightmesh::CacheRequest& request : CacheUpload::requests(bytes)) {
+        if (request.lacks_values && fills) {
+            lacking.push_back(request.point);
+        } else {
+            asked.push_back(request.point);
+            of_pixels.push_back(request.id);
+        }
+    }
+    if (!lacking.empty())
+        parts_->fill(lacking);
+    if (!asked.empty())
+        parts_->answer(asked, of_pixels);
+    return true;
+}
+
+lightmesh::CacheStatistics CacheShadows::statistics() const {
+    return parts_->cache.statistics();
+}
+
+}  // namespace demo

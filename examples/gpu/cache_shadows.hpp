@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gpu/compute.hpp"
+#include "render/embree_scene.hpp"
+#include "render/visibility.hpp"
+
+#include <lightmesh/statistics.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace demo {
+
+/// A visibility cache on a device, which the host fills as shaders ask for it. Where it takes rays to lamps
+/// that no cache keeps, the host answers for the point.
+class CacheShadows {
+public:
+    /// Descriptor set where shaders see the cache, the request buffer and the host's answers.
+    static constexpr std::uint32_t set = 1;
+
+    /// For batches of up to so many pixels.
+    CacheShadows(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& options,
+                 std::size_t pixels);
+    ~CacheShadows();
+    CacheShadows(const CacheShadows&) = delete;
+    CacheShadows& operator=(const CacheShadows&) = delete;
+
+    std::vector<ComputeBinding> bindings() const;
+    /// Forgets the host's answers: the pixels have other points now.
+    void begin_round();
+    /// Lets a kernel see the cache as it is, and empties the request buffer.
+    void bind(const ComputeKernel& kernel) const;
+    /// Finds what shaders have asked for, and uploads it. False if nothing was asked.
+    bool fill();
+
+    lightmesh::CacheStatistics statistics() const;
+
+private:
+    struct Parts;
+    std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace demo

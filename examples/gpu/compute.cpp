@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: MIT
+#include "compute.hpp"
+
+#include "../adapters/vulkan_depth_renderer.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+namespace demo {
+
+namespace {
+
+constexpr vk::BufferUsageFlags usage_of_buffers =
+    vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eUniformBuffer |
+    vk::BufferUsageFlagBits::eIndirectBuffer | vk::BufferUsageFlagBits::eTransferSrc |
+    vk::BufferUsageFlagBits::eTransferDst;
+
+/// Copies between host and device go through so many bytes at a time.
+constexpr std::size_t staging_bytes = std::size_t{16} << 20;
+
+/// What act() returns; what Vulkan throws becomes one sentence.
+template <class Act>
+auto in_words(const vulkan::Device& on, const std::string& what, Act&& act) {
+    const auto said = [&](const std::string& why) {
+        return std::runtime_error("Vulkan: " + vulkan::name_of(on.physical) + " " + why + ", " + what);
+    };
+    try {
+        return act();
+    } catch (const vk::OutOfDeviceMemoryError&) {
+        throw said("has no memory left");
+    } catch (const vk::OutOfHostMemoryError&) {
+        throw said("finds no memory left on the host");
+    } catch (const vk::DeviceLostError&) {
+        throw said("was lost (its driver gave up, or stopped work that took too long)");
+    } catch (const vk::FeatureNotPresentError&) {
+        throw said("lacks a feature");
+    } catch (const vk::SystemError& error) {
+        throw said(std::string("failed (") + error.what() + ")");
+    }
+}
+
+vk::MemoryBarrier everything_before() {
+    using Access = vk::AccessFlagBits;
+    return {Access::eShaderWrite | Access::eTransferWrite,
+            Access::eShaderRead | Access::eShaderWrite | Access::eUniformRead | Access::eIndirectCommandRead |
+                Access::eTransferRead | Access::eTransferWrite | Access::eHostRead};
+}
+
+void wait_for_everything_before(const vk::raii::CommandBuffer& commands) {
+    using Stage = vk::PipelineStageFlagBits;
+    commands.pipelineBarrier(Stage::eComputeShader | Stage::eTransfer,
+                             Stage::eComputeShader | Stage::eTransfer | Stage::eDrawIndirect | Stage::eHost,
+                             {}, everything_before(), nullptr, nullptr);
+}
+
+}  // namespace
+
+// ---- the device
+
+struct ComputeDevice::State {
+    explicit State(const ComputeOptions& options)
+        : on({.device = options.device, .validate = options.validate, .on_message = options.on_message},
+             vk::QueueFlagBits::eCompute),
+          limits(on.physical.getProperties().limits) {
+        if (on.physical.getProperties().apiVersion < VK_API_VERSION_1_1)
+            throw std::runtime_error("Vulkan: " + vulkan::name_of(on.physical) + " is older than Vulkan 1.1");
+        if (on.physical.getQueueFamilyProperties()[on.family].timestampValidBits != 0)
+            clock.emplace(on.device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
+    }
+
+    const vulkan::HostBuffer& staging() {
+        if (!staging_buffer)
+            staging_buffer.emplace(on, staging_bytes,
+                                   vk::BufferUsageFlagBits::eTransferSrc |
+                                       vk::BufferUsageFlagBits::eTransferDst);
+        return *staging_buffer;
+    }
+
+    std::mutex busy;
+    vulkan::Device on;
+    vk::PhysicalDeviceLimits limits;
+    std::optional<vk::raii::QueryPool> clock;
+    std::optional<vulkan::HostBuffer> staging_buffer;
+};
+
+struct ComputeCommands::Recording {
+    const ComputeDevice::State& state;
+    const vk::raii::CommandBuffer& commands;
+};
+
+ComputeDevice::ComputeDevice(const ComputeOptions& options) {
+    try {
+        state_ = std::make_shared<State>(options);
+    } catch (const vk::SystemError& error) {
+        throw std::runtime_error(std::string("Vulkan: the device cannot be used (") + error.what() + ")");
+    }
+}
+
+std::string ComputeDevice::name() const {
+    return vulkan::name_of(state_->on.physical);
+}
+
+std::string ComputeDevice::driver() const {
+    const auto properties = state_->on.physical.getProperties();
+    if (properties.apiVersion >= VK_API_VERSION_1_2) {
+        const auto chain =
+            state_->on.physical
+                .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
+        const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
+        return std::string(driver.driverName.data()) + " " + driver.driverInfo.data();
+    }
+    return "driver " + std::to_string(properties.driverVersion);
+}
+
+bool ComputeDevice::is_cpu() const {
+    return state_->on.physical.getProperties().deviceType == vk::PhysicalDeviceType::eCpu;
+}
+
+std::size_t ComputeDevice::largest_buffer() const {
+    return state_->limits.maxStorageBufferRange;
+}
+
+double ComputeDevice::run(const std::function<void(const ComputeCommands&)>& record) const {
+    const std::scoped_lock lock(state_->busy);
+    return in_words(state_->on, "while it computed", [&] {
+        const auto begin = std::chrono::steady_clock::now();
+        const auto& clock = state_->clock;
+        state_->on.run([&](const vk::raii::CommandBuffer& commands) {
+            if (clock) {
+                commands.resetQueryPool(**clock, 0, 2);
+                commands.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, **clock, 0);
+            }
+            record(ComputeCommands({*state_, commands}));
+            wait_for_everything_before(commands);
+            if (clock)
+                commands.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, **clock, 1);
+        });
+        if (clock) {
+            const auto ticks = clock->getResults<std::uint64_t>(
+                0, 2, 2 * sizeof(std::uint64_t), sizeof(std::uint64_t),
+                vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+            if (ticks.second[1] > ticks.second[0])
+                return static_cast<double>(ticks.second[1] - ticks.second[0]) * 1e-9 *
+                       static_cast<double>(state_->limits.timestampPeriod);
+        }
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    });
+}
+
+// ---- buffers
+
+struct ComputeBuffer::State {
+    State(const ComputeDevice& on, std::size_t bytes)
+        : device(on), size(bytes), room((std::max)((bytes + 3) / 4 * 4, std::size_t{16})),
+          memory(allocate()) {}
+
+    vulkan::Buffer allocate() const {
+        const vulkan::Device& on = device.state_->on;
+        const std::string what = "asked for a buffer of " + std::to_string(room) + " bytes";
+        if (room > device.largest_buffer())
+            throw std::runtime_error("Vulkan: shaders of " + vulkan::name_of(on.physical) +
+                                     " see buffers of up to " + std::to_string(device.largest_buffer()) +
+                                     " bytes, not of " + std::to_string(room));
+        return in_words(on, what, [&] {
+            return vulkan::Buffer(on, room, usage_of_buffers, vk::MemoryPropertyFlagBits::eDeviceLocal, {});
+        });
+    }
+
+    void check(std::size_t offset, std::size_t bytes) const {
+        if (offset > size || bytes > size - offset)
+            throw std::out_of_range("Vulkan: " + std::to_string(bytes) + " bytes from " +
+                                    std::to_string(offset) + " on are not in a buffer of " +
+                                    std::to_string(size));
+    }
+
+    ComputeDevice device;
+    std::size_t size;
+    std::size_t room;
+    vulkan::Buffer memory;
+};
+
+ComputeBuffer::ComputeBuffer(const ComputeDevice& device, std::size_t size)
+    : state_(std::make_shared<State>(device, size)) {
+    device.run([&](const ComputeCommands& commands) { commands.fill(*this, 0, state_->room, 0); });
+}
+
+ComputeBuffer::ComputeBuffer(const ComputeDevice& device, std::span<const std::byte> bytes)
+    : ComputeBuffer(device, bytes.size()) {
+    write(0, bytes);
+}
+
+std::size_t ComputeBuffer::size() const {
+    return state_->size;
+}
+
+void ComputeBuffer::write(std::size_t offset, std::span<const std::byte> bytes) const {
+    state_->check(offset, bytes.size());
+    ComputeDevice::State& device = *state_->device.state_;
+    const std::scoped_lock lock(device.busy);
+    in_words(device.on, "while it was written to", [&] {
+        for (std::size_t done = 0; done < bytes.size(); done += staging_bytes) {
+            const std::size_t size = (std::min)(staging_bytes, bytes.size() - done);
+            std::memcpy(device.staging().mapped, bytes.data() + done, size);
+            device.on.run([&](const vk::raii::CommandBuffer& commands) {
+                commands.copyBuffer(*device.staging().buffer, *state_->memory.buffer,
+                                    vk::BufferCopy(0, offset + done, size));
+                wait_for_everything_before(commands);
+            });
+        }
+    });
+}
+
+void ComputeBuffer::read(std::size_t offset, std::span<std::byte> bytes) const {
+    state_->check(offset, bytes.size());
+    ComputeDevice::State& device = *state_->device.state_;
+    const std::scoped_lock lock(device.busy);
+    in_words(device.on, "while it was read", [&] {
+        for (std::size_t done = 0; done < bytes.size(); done += staging_bytes) {
+            const std::size_t size = (std::min)(staging_bytes, bytes.size() - done);
+            device.on.run([&](const vk::raii::CommandBuffer& commands) {
+                commands.copyBuffer(*state_->memory.buffer, *device.staging().buffer,
+                                    vk::BufferCopy(offset + done, 0, size));
+                wait_for_everything_before(commands);
+            });
+            std::memcpy(bytes.data() + done, device.staging().mapped, size);
+        }
+    });
+}
+
+// ---- kernels
+
+struct ComputeKernel::State {
+    State(const ComputeDevice& on, std::span<const std::uint32_t> spirv,
+          std::span<const ComputeBinding> bindings_, std::size_t push_bytes_)
+        : device(on), bindings(bindings_.begin(), bindings_.end()), push_bytes(push_bytes_) {
+        check();
+        in_words(device.state_->on, "while a shader was made ready for it", [&] { make(spirv); });
+    }
+
+    void check() const {
+        const vk::PhysicalDeviceLimits& limits = device.state_->limits;
+        const auto uniform = static_cast<std::uint32_t>(
+            std::ranges::count_if(bindings, [](const ComputeBinding& b) { return b.is_uniform; }));
+        const auto storage = static_cast<std::uint32_t>(bindings.size()) - uniform;
+        const auto require = [&](std::size_t needed, std::size_t limit, const char* what) {
+            if (needed > limit)
+                throw std::runtime_error("Vulkan: " + device.name() + " has room for " +
+                                         std::to_string(limit) + " " + what + " a shader, not for " +
+                                         std::to_string(needed));
+        };
+        require(storage, limits.maxPerStageDescriptorStorageBuffers, "storage buffers");
+        require(uniform, limits.maxPerStageDescriptorUniformBuffers, "uniform buffers");
+        require(push_bytes, limits.maxPushConstantsSize, "bytes of push constants");
+        for (const ComputeBinding& b : bindings) {
+            require(b.set + 1, limits.maxBoundDescriptorSets, "sets of buffers");
+            if (b.is_uniform)
+                require(b.buffer.state_->room, limits.maxUniformBufferRange, "bytes of a uniform buffer");
+        }
+    }
+
+    void make(std::span<const std::uint32_t> spirv) {
+        const vk::raii::Device& on = device.state_->on.device;
+        std::uint32_t set_count = 0;
+        std::map<vk::DescriptorType, std::uint32_t> counts;
+        for (const ComputeBinding& b : bindings) {
+            set_count = (std::max)(set_count, b.set + 1);
+            ++counts[type_of(b)];
+        }
+        std::vector<vk::DescriptorSetLayout> handles;
+        for (std::uint32_t set = 0; set < set_count; ++set) {
+            std::vector<vk::DescriptorSetLayoutBinding> of_set;
+            for (const ComputeBinding& b : bindings)
+                if (b.set == set)
+                    of_set.emplace_back(b.binding, type_of(b), 1, vk::ShaderStageFlagBits::eCompute);
+            layouts.emplace_back(on, vk::DescriptorSetLayoutCreateInfo().setBindings(of_set));
+            handles.push_back(*layouts.back());
+        }
+        auto layout_info = vk::PipelineLayoutCreateInfo().setSetLayouts(handles);
+        const vk::PushConstantRange range(vk::ShaderStageFlagBits::eCompute, 0,
+                                          static_cast<std::uint32_t>(push_bytes));
+        if (push_bytes != 0)
+            layout_info.setPushConstantRanges(range);
+        layout.emplace(on, layout_info);
+        const vk::raii::ShaderModule shader(on,
+                                            vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
+        const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *shader, "main");
+        pipeline.emplace(on, nullptr, vk::ComputePipelineCreateInfo({}, stage, **layout));
+        if (set_count == 0)
+            return;
+        std::vector<vk::DescriptorPoolSize> sizes;
+        for (const auto& [type, count] : counts)
+            sizes.emplace_back(type, count);
+        pool.emplace(on, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
+                                                      set_count, sizes));
+        sets.emplace(on, vk::DescriptorSetAllocateInfo(**pool, handles));
+        for (const ComputeBinding& b : bindings)
+            point_to(b);
+    }
+
+    void point_to(const ComputeBinding& b) const {
+        const vk::DescriptorBufferInfo whole(*b.buffer.state_->memory.buffer, 0, VK_WHOLE_SIZE);
+        device.state_->on.device.updateDescriptorSets(
+            vk::WriteDescriptorSet(*(*sets)[b.set], b.binding, 0, 1, type_of(b)).setPBufferInfo(&whole),
+            nullptr);
+    }
+
+    static vk::DescriptorType type_of(const ComputeBinding& b) {
+        return b.is_uniform ? vk::DescriptorType::eUniformBuffer : vk::DescriptorType::eStorageBuffer;
+    }
+
+    ComputeDevice device;
+    std::vector<ComputeBinding> bindings;  ///< they keep the buffers alive
+    std::size_t push_bytes;
+    std::vector<vk::raii::DescriptorSetLayout> layouts;
+    std::optional<vk::raii::PipelineLayout> layout;
+    std::optional<vk::raii::Pipeline> pipeline;
+    std::optional<vk::raii::DescriptorPool> pool;
+    std::optional<vk::raii::DescriptorSets> sets;
+};
+
+ComputeKernel::ComputeKernel(const ComputeDevice& device, std::span<const std::uint32_t> spirv,
+                             std::span<const ComputeBinding> bindings, std::size_t push_bytes)
+    : state_(std::make_shared<State>(device, spirv, bindings, push_bytes)) {}
+
+void ComputeKernel::bind(const ComputeBinding& binding) const {
+    for (ComputeBinding& b : state_->bindings) {
+        if (b.set == binding.set && b.binding == binding.binding && b.is_uniform == binding.is_uniform) {
+            b = binding;
+            state_->point_to(b);
+            return;
+        }
+    }
+    throw std::out_of_range("Vulkan: a shader has no binding " + std::to_string(binding.binding) +
+                            " of set " + std::to_string(binding.set));
+}
+
+// ---- commands
+
+namespace {
+
+void begin_dispatch(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& pipeline,
+                    const vk::raii::PipelineLayout& layout, const vk::raii::DescriptorSets* sets,
+                    std::span<const std::byte> push) {
+    wait_for_everything_before(commands);
+    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
+    if (sets != nullptr) {
+        std::vector<vk::DescriptorSet> handles;
+        for (const vk::raii::DescriptorSet& set : *sets)
+            handles.push_back(*set);
+        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, handles, nullptr);
+    }
+    if (!push.empty())
+        commands.pushConstants<std::byte>(
+            *layout, vk::ShaderStageFlagBits::eCompute, 0,
+            vk::ArrayProxy<const std::byte>(static_cast<std::uint32_t>(push.size()), push.data()));
+}
+
+}  // namespace
+
+void ComputeCommands::dispatch(const ComputeKernel& kernel, std::uint32_t x, std::uint32_t y, std::uint32_t z,
+                               std::span<const std::byte> push) const {
+    const auto& most = recording_.state.limits.maxComputeWorkGroupCount;
+    if (x > most[0] || y > most[1] || z > most[2])
+        throw std::runtime_error(
+            "Vulkan: " + vulkan::name_of(recording_.state.on.physical) + " counts up to " +
+            std::to_string(most[0]) + " x " + std::to_string(most[1]) + " x " + std::to_string(most[2]) +
+            " workgroups, not " + std::to_string(x) + " x " + std::to_string(y) + " x " + std::to_string(z));
+    const auto& of = *kernel.state_;
+    begin_dispatch(recording_.commands, *of.pipeline, *of.layout, of.sets ? &*of.sets : nullptr, push);
+    recording_.commands.dispatch(x, y, z);
+}
+
+void ComputeCommands::dispatch_indirect(const ComputeKernel& kernel, const ComputeBuffer& counts,
+                                        std::size_t offset, std::span<const std::byte> push) const {
+    const auto& of = *kernel.state_;
+    begin_dispatch(recording_.commands, *of.pipeline, *of.layout, of.sets ? &*of.sets : nullptr, push);
+    recording_.commands.dispatchIndirect(*counts.state_->memory.buffer, offset);
+}
+
+void ComputeCommands::fill(const ComputeBuffer& buffer, std::size_t offset, std::size_t size,
+                           std::uint32_t word) const {
+    wait_for_everything_before(recording_.commands);
+    recording_.commands.fillBuffer(*buffer.state_->memory.buffer, offset, size, word);
+}
+
+}  // namespace demo

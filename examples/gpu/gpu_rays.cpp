@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "gpu/gpu_rays.hpp"
+
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+
+namespace demo {
+
+namespace {
+
+constexpr std::uint32_t closest_words[] = {
+#include "shaders/closest.comp.inc"
+};
+constexpr std::uint32_t occluded_words[] = {
+#include "shaders/occluded.comp.inc"
+};
+
+constexpr std::uint32_t group_size = 64;
+/// Of a submission.
+constexpr std::uint32_t most_groups = 65535;
+
+std::vector<ComputeBinding> bindings_of(const ComputeDevice& device, const GpuScene& scene) {
+    std::vector<ComputeBinding> bindings = scene.bindings();
+    for (std::uint32_t i = 0; i < 2; ++i)
+        bindings.push_back({.set = 1, .binding = i, .buffer = ComputeBuffer(device, std::size_t{16})});
+    return bindings;
+}
+
+}  // namespace
+
+GpuRays::GpuRays(const ComputeDevice& device, const GpuScene& scene)
+    : device_(device), closest_(device, closest_words, bindings_of(device, scene), 8),
+      occluded_(device, occluded_words, bindings_of(device, scene), 8) {}
+
+std::vector<GpuRays::Closest> GpuRays::run(const ComputeKernel& kernel,
+                                           std::span<const lightmesh::Segment> segments) {
+    std::vector<glm::vec4> ends;
+    ends.reserve(2 * segments.size());
+    for (const lightmesh::Segment& segment : segments) {
+        ends.emplace_back(segment.origin, 0.0f);
+        ends.emplace_back(segment.target, 0.0f);
+    }
+    const ComputeBuffer asked(device_, std::as_bytes(std::span(ends)));
+    const ComputeBuffer answers(device_, segments.size() * sizeof(Closest));
+    kernel.bind({.set = 1, .binding = 0, .buffer = asked});
+    kernel.bind({.set = 1, .binding = 1, .buffer = answers});
+    seconds_ = device_.run([&](const ComputeCommands& commands) {
+        const auto count = static_cast<std::uint32_t>(segments.size());
+        for (std::uint32_t first = 0; first < count; first += most_groups * group_size) {
+            const std::uint32_t groups =
+                (std::min)((count - first + group_size - 1) / group_size, most_groups);
+            const std::array push{first, count};
+            commands.dispatch(kernel, groups, 1, 1, std::as_bytes(std::span(push)));
+        }
+    });
+    return answers.read_all<Closest>();
+}
+
+std::vector<GpuRays::Closest> GpuRays::closest(std::span<const lightmesh::Segment> segments) {
+    return run(closest_, segments);
+}
+
+std::vector<float> GpuRays::let_through(std::span<const lightmesh::Segment> segments) {
+    std::vector<float> shares;
+    shares.reserve(segments.size());
+    for (const Closest& answer : run(occluded_, segments))
+        shares.push_back(std::bit_cast<float>(answer.triangle));
+    return shares;
+}
+
+}  // namespace demo

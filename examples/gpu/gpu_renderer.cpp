@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: MIT
+#include "gpu/gpu_renderer.hpp"
+
+#include "gpu/cache_shadows.hpp"
+#include "gpu/gpu_scene.hpp"
+#include "gpu/mesh_levels.hpp"
+#include "render/stopwatch.hpp"
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+
+namespace demo {
+
+namespace {
+
+constexpr std::uint32_t trace_words[] = {
+#include "shaders/trace.comp.inc"
+};
+constexpr std::uint32_t hard_words[] = {
+#include "shaders/shade_hard.inc"
+};
+constexpr std::uint32_t area_words[] = {
+#include "shaders/shade_area.inc"
+};
+constexpr std::uint32_t mesh_4_words[] = {
+#include "shaders/shade_mesh_4.inc"
+};
+constexpr std::uint32_t mesh_16_words[] = {
+#include "shaders/shade_mesh_16.inc"
+};
+constexpr std::uint32_t cache_words[] = {
+#include "shaders/shade_cache.comp.inc"
+};
+constexpr std::uint32_t finish_words[] = {
+#include "shaders/finish.comp.inc"
+};
+
+/// As paths.glsl has it.
+struct BatchWords {
+    std::uint32_t first;
+    std::uint32_t count;
+    std::uint32_t is_first_round;
+    std::uint32_t level;
+    std::uint32_t attempt;
+};
+
+/// As paths.glsl has it: of the points of a round.
+struct RoundWords {
+    std::uint32_t point_count = 0;
+    std::uint32_t levels = 0;
+    std::uint32_t is_failed = 0;
+};
+
+constexpr std::uint32_t group_size = 64;
+constexpr std::size_t bytes_of_ray = 48;
+constexpr std::size_t bytes_of_path = 32;
+constexpr std::size_t bytes_of_point = 80;
+constexpr std::size_t bytes_of_colour = 16;
+/// Of a batch of pixels, on the device.
+constexpr std::size_t most_bytes = std::size_t{1} << 29;
+/// Of a batch of pixels and a round: drivers stop work that takes seconds, and people wish to see how far it
+/// is.
+constexpr std::size_t most_shadow_rays = std::size_t{1} << 28;
+constexpr std::size_t most_shadow_rays_of_cpu = std::size_t{1} << 20;
+
+/// To ask a light mesh at a point that is a rounding farther from its surface.
+constexpr std::uint32_t most_attempts = 64;
+/// Of asking and filling: some, since of points close together one asks. After that points ask in turn for
+/// what the host does not fill.
+constexpr int enough_turns = 16;
+
+void refuse(bool is_wanted, const char* what) {
+    if (is_wanted)
+        throw std::invalid_argument(std::string("--on gpu does not know ") + what);
+}
+
+std::span<const std::byte> bytes_in(const BatchWords& batch) {
+    return std::as_bytes(std::span(&batch, 1));
+}
+
+}  // namespace
+
+const std::vector<std::string>& GpuRenderer::algorithms() {
+    static const std::vector<std::string> names{"cache", "whitted", "area", "linked", "express"};
+    return names;
+}
+
+void GpuRenderer::check(const std::string& algorithm, const VisibilityOptions& visibility,
+                        const RenderOptions& options) {
+    const std::vector<std::string>& known = algorithms();
+    if (std::ranges::find(known, algorithm) == known.end()) {
+        std::string names;
+        for (const std::string& name : known)
+            names += (names.empty() ? "" : ", ") + name;
+        throw std::invalid_argument("--on gpu does not know --algorithm " + algorithm + "; it knows " +
+                                    names);
+    }
+    refuse(visibility.lights.has_value(), "pictures by some of the lights");
+    refuse(options.ambient_rays != 0, "ambient rays");
+    refuse(options.transparent_background, "transparent backgrounds");
+    refuse(!options.tiles.empty(), "parts of pictures");
+    if (options.width < 1 || options.width > 65535 || options.height < 1 || options.height > 65535)
+        throw std::invalid_argument("--on gpu renders pictures of 1 to 65535 pixels a side, not " +
+                                    std::to_string(options.width) + " x " + std::to_string(options.height));
+    if (options.samples < 1 || options.samples > 1024 || options.depth_limit < 0 || options.depth_limit > 100)
+        throw std::invalid_argument("samples must be in [1, 1024] and the depth limit in [0, 100]");
+}
+
+namespace {
+
+bool asks_mesh(const std::string& algorithm) {
+    return algorithm == "linked" || algorithm == "express";
+}
+
+/// With the short test that the algorithm stands for.
+VisibilityOptions with_short_test(VisibilityOptions visibility, const std::string& algorithm) {
+    visibility.settings.short_test =
+        algorithm == "linked" ? lightmesh::ShortTest::linked : lightmesh::ShortTest::none;
+    return visibility;
+}
+
+std::span<const std::uint32_t> shader_of(const std::string& algorithm, float quality) {
+    if (asks_mesh(algorithm))
+        return quality <= 4.0f ? std::span<const std::uint32_t>(mesh_4_words) : mesh_16_words;
+    if (algorithm == "cache")
+        return cache_words;
+    return algorithm == "area" ? std::span<const std::uint32_t>(area_words) : hard_words;
+}
+
+}  // namespace
+
+struct GpuRenderer::Parts {
+    Parts(const ComputeDevice& on, const std::string& algorithm, const EmbreeScene& model,
+          const VisibilityOptions& visibility, const RenderOptions& render)
+        : device(on), options(render), pixels(batch_size(algorithm, model, visibility)),
+          scene(on, model, visibility, render), paths(on, bytes_of_path * pixels),
+          waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
+          colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
+          round(on, sizeof(RoundWords)), mesh(mesh_of(algorithm, model, visibility)),
+          cache(algorithm == "cache" ? std::make_unique<CacheShadows>(on, model, visibility, pixels)
+                                     : nullptr),
+          trace(on, trace_words, bindings({}), sizeof(BatchWords)),
+          shade(on, shader_of(algorithm, visibility.settings.quality),
+                bindings(mesh    ? mesh->bindings()
+                         : cache ? cache->bindings()
+                                 : std::vector<ComputeBinding>{}),
+                sizeof(BatchWords)),
+          finish(on, finish_words, bindings({}), sizeof(BatchWords)) {}
+
+    std::unique_ptr<MeshLevels> mesh_of(const std::string& algorithm, const EmbreeScene& model,
+                                        const VisibilityOptions& visibility) const {
+        return asks_mesh(algorithm)
+                   ? std::make_unique<MeshLevels>(device, model, with_short_test(visibility, algorithm))
+                   : nullptr;
+    }
+
+    /// Rays that wait at most: each step pushes two and pops one.
+    std::size_t places_of_rays() const { return static_cast<std::size_t>(options.depth_limit) + 1; }
+
+    std::size_t picture_size() const {
+        return static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height);
+    }
+
+    std::size_t batch_size(const std::string& algorithm, const EmbreeScene& model,
+                           const VisibilityOptions& visibility) const {
+        const std::size_t bytes =
+            bytes_of_path + bytes_of_ray * places_of_rays() + bytes_of_point + 3 * bytes_of_colour;
+        const std::size_t rays =
+            (std::max)(model.scene().lights.size(), std::size_t{1}) *
+            (algorithm == "area" ? static_cast<std::size_t>(visibility.area_samples) : 1);
+        const std::size_t most =
+            (std::min)({most_bytes / bytes, device.largest_buffer() / (bytes_of_ray * places_of_rays()),
+                        (device.is_cpu() ? most_shadow_rays_of_cpu : most_shadow_rays) / rays});
+        return (std::min)((std::max)(most, std::size_t{group_size}), picture_size());
+    }
+
+    std::vector<ComputeBinding> bindings(const std::vector<ComputeBinding>& more) const {
+        std::vector<ComputeBinding> made = scene.bindings();
+        for (const ComputeBuffer& buffer : {paths, waiting, points, colours, finished, round})
+            made.push_back({.binding = static_cast<std::uint32_t>(made.size()), .buffer = buffer});
+        made.insert(made.end(), more.begin(), more.end());
+        return made;
+    }
+
+    static std::uint32_t groups_of(const BatchWords& batch) {
+        return (batch.count + group_size - 1) / group_size;
+    }
+
+    /// Some rounds for a batch: rays to the next point of each pixel, and its shading.
+    void run_rounds(BatchWords batch, int rounds) {
+        seconds += device.run([&](const ComputeCommands& commands) {
+            for (int i = 0; i < rounds; ++i) {
+                commands.fill(round, 0, sizeof(RoundWords), 0);
+                commands.dispatch(trace, groups_of(batch), 1, 1, bytes_in(batch));
+                if (!asks_host())
+                    commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
+                batch.is_first_round = 0;
+            }
+        });
+    }
+
+    /// Whether shading waits for what the host finds.
+    bool asks_host() const { return mesh || cache; }
+
+    RoundWords last_round() const {
+        RoundWords found;
+        round.read(0, std::as_writable_bytes(std::span(&found, 1)));
+        return found;
+    }
+
+    void shade_once(const BatchWords& batch) {
+        seconds += device.run([&](const ComputeCommands& commands) {
+            commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
+        });
+        if (last_round().is_failed != 0)
+            throw std::out_of_range("--on gpu: a point lies farther from the origin than a light mesh or a "
+                                    "cache reaches");
+    }
+
+    /// Shades a round's points by a level of the light mesh, until it knows all that it takes.
+    void shade_by_level(BatchWords batch, int level) {
+        batch.level = static_cast<std::uint32_t>(level);
+        int turns = 0;
+        for (auto asked = MeshLevels::Asked::points; asked != MeshLevels::Asked::nothing;) {
+            mesh->bind(shade, level);
+            shade_once(batch);
+            asked = mesh->fill(level);
+            const bool is_stuck = asked == MeshLevels::Asked::same_points || ++turns > enough_turns;
+            if (is_stuck && ++batch.attempt > most_attempts)
+                throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
+                                         "lacks at a point");
+        }
+    }
+
+    void shade_by_host(const BatchWords& batch, std::uint32_t levels) {
+        tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+        arena.execute([&] {
+            if (mesh) {
+                for (std::uint32_t rest = levels; rest != 0; rest &= rest - 1)
+                    shade_by_level(batch, std::countr_zero(rest));
+                return;
+            }
+            cache->begin_round();
+            do {
+                cache->bind(shade);
+                shade_once(batch);
+            } while (cache->fill());
+        });
+    }
+
+    /// False if cancelled.
+    bool follow(BatchWords batch, const std::atomic<bool>* cancel) {
+        constexpr int most_rounds = 8;
+        for (int rounds = 1;; rounds = asks_host() ? 1 : (std::min)(2 * rounds, most_rounds)) {
+            if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
+                return false;
+            run_rounds(batch, rounds);
+            batch.is_first_round = 0;
+            const RoundWords found = last_round();
+            if (found.point_count == 0)
+                return true;
+            if (asks_host())
+                shade_by_host(batch, found.levels);
+        }
+    }
+
+    void take(const BatchWords& batch, GpuPicture& picture, RenderStatistics& statistics) {
+        seconds += device.run([&](const ComputeCommands& commands) {
+            commands.dispatch(finish, groups_of(batch), 1, 1, bytes_in(batch));
+        });
+        std::vector<glm::vec4> values(2 * std::size_t{batch.count});
+        finished.read(0, std::as_writable_bytes(std::span(values)));
+        std::vector<glm::uvec4> states(2 * std::size_t{batch.count});
+        paths.read(0, std::as_writable_bytes(std::span(states)));
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            picture.linear.pixels[batch.first + i] = glm::vec3(values[i]);
+            picture.toned.pixels[batch.first + i] = glm::vec3(values[batch.count + i]);
+            const glm::uvec4& counts = states[2 * i + 1];
+            statistics.shading_points += counts[0];
+            statistics.secondary_rays += counts[1];
+            statistics.visibility.shadow_rays += counts[2];
+        }
+        statistics.primary_rays += batch.count * static_cast<std::uint64_t>(options.samples);
+    }
+
+    ComputeDevice device;
+    RenderOptions options;
+    std::size_t pixels;  ///< of a batch
+    double seconds = 0.0;
+
+    GpuScene scene;
+    ComputeBuffer paths, waiting, points, colours, finished, round;
+    // Shadows are found by one of these, or by rays.
+    std::unique_ptr<MeshLevels> mesh;
+    std::unique_ptr<CacheShadows> cache;
+    ComputeKernel trace, shade, finish;
+};
+
+GpuRenderer::GpuRenderer(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
+                         const VisibilityOptions& visibility, const RenderOptions& options) {
+    check(algorithm, visibility, options);
+    parts_ = std::make_unique<Parts>(device, algorithm, scene, visibility, options);
+}
+
+GpuRenderer::~GpuRenderer() = default;
+
+std::optional<lightmesh::MeshStatistics> GpuRenderer::mesh() const {
+    if (!parts_->mesh)
+        return std::nullopt;
+    return parts_->mesh->statistics();
+}
+
+std::optional<lightmesh::CacheStatistics> GpuRenderer::cache() const {
+    if (!parts_->cache)
+        return std::nullopt;
+    return parts_->cache->statistics();
+}
+
+GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,
+                               const std::atomic<bool>* cancel) {
+    const Stopwatch watch;
+    Parts& parts = *parts_;
+    statistics = {};
+    GpuPicture picture{Image(parts.options.width, parts.options.height),
+                       Image(parts.options.width, parts.options.height)};
+    parts.seconds = 0.0;
+    for (std::size_t first = 0; first < parts.picture_size(); first += parts.pixels) {
+        const BatchWords batch{
+            static_cast<std::uint32_t>(first),
+            static_cast<std::uint32_t>((std::min)(parts.pixels, parts.picture_size() - first)), 1, 0, 0};
+        if (!parts.follow(batch, cancel)) {
+            statistics.finished = false;
+            break;
+        }
+        parts.take(batch, picture, statistics);
+        if (progress)
+            progress(static_cast<double>(first + batch.count) / static_cast<double>(parts.picture_size()));
+    }
+    picture.seconds_device = parts.seconds;
+    statistics.seconds = watch.seconds();
+    return picture;
+}
+
+}  // namespace demo

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "gpu/gpu_scene.hpp"
+
+#include "gpu/scene_words.hpp"
+#include "gpu/wide_bvh.hpp"
+#include "render/lamps.hpp"
+#include "render/stopwatch.hpp"
+#include "render/view.hpp"
+
+#include <lightmesh/settings.hpp>
+#include <lightmesh/statistics.hpp>
+
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace demo {
+
+namespace {
+
+/// As scene.glsl has it.
+struct FrameWords {
+    glm::vec4 eye;
+    glm::vec4 forward;
+    glm::vec4 middle;
+    glm::vec4 right;
+    glm::vec4 up;
+    glm::vec4 ambient;
+    glm::vec4 background;
+    glm::uvec4 picture;
+    glm::uvec4 tables_at;
+    glm::uvec4 numbers;
+    glm::uvec4 attributes;
+    glm::vec4 output_curve;
+};
+static_assert(sizeof(FrameWords) == 12 * 16, "glm's vectors must be packed");
+
+/// Of a light mesh: radii go up to 1e18.
+float coarsest_level(float radius) {
+    int level = 0;
+    while (level + 1 < static_cast<int>(lightmesh::most_mesh_levels) &&
+           std::ldexp(radius, level + 1) <= 1e18f)
+        ++level;
+    return static_cast<float>(level);
+}
+
+FrameWords frame_of(const EmbreeScene& scene, const SceneWords& words, const VisibilityOptions& visibility,
+                    const RenderOptions& options) {
+    const Scene& model = scene.scene();
+    const Camera& camera = model.camera;
+    const View view(camera, options.width, options.height);
+    const View::Axes axes = view.axes();
+    const auto number = [](auto value) {
+        return static_cast<std::uint32_t>(value);
+    };
+    const auto rays = static_cast<float>(visibility.area_samples);
+    const lightmesh::Settings& settings = visibility.settings;
+    FrameWords frame{};
+    frame.eye = {axes.eye, axes.is_orthographic ? 1.0f : 0.0f};
+    frame.forward = {axes.forward, view.pixel_width()};
+    frame.middle = {axes.middle, view.pixel_angle()};
+    frame.right = {axes.right, camera.z_near};
+    frame.up = {axes.up, (std::min)(camera.z_far - camera.z_near, 1e30f)};
+    frame.ambient = {model.ambient, scene.offset()};
+    frame.background = {model.background, scene.far_away()};
+    frame.picture = {number(options.width), number(options.height), number(options.samples),
+                     number(options.depth_limit)};
+    frame.tables_at = words.tables_at;
+    frame.numbers = {number(model.lights.size()), words.words_of_vertex, number(visibility.area_samples),
+                     number(std::sqrt(rays))};
+    frame.attributes = words.attributes;
+    frame.output_curve = {model.exposure, options.tone == Tone::filmic ? 1.0f : 0.0f,
+                          settings.footprint_scale * settings.quality / settings.radius,
+                          coarsest_level(settings.radius)};
+    return frame;
+}
+
+template <class T>
+std::span<const std::byte> bytes_in(const std::vector<T>& values) {
+    return std::as_bytes(std::span(values));
+}
+
+}  // namespace
+
+GpuScene::GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& visibility,
+                   const RenderOptions& options) {
+    const Stopwatch watch;
+    const WideBvh bvh = build_wide_bvh(scene.scene());
+    seconds_building_ = watch.seconds();
+    const SceneWords words =
+        words_of(scene.scene(), sizes_at_ends(lamps_of(scene, visibility), scene.far_away()));
+    const FrameWords frame = frame_of(scene, words, visibility, options);
+    const auto add = [&](std::span<const std::byte> bytes) {
+        const auto place = static_cast<std::uint32_t>(bindings_.size());
+        bindings_.push_back(
+            {.set = 0, .binding = place, .buffer = ComputeBuffer(device, bytes), .is_uniform = place == 0});
+    };
+    add(std::as_bytes(std::span(&frame, 1)));
+    add(bytes_in(bvh.nodes));
+    add(bytes_in(bvh.triangles));
+    add(bytes_in(words.corners));
+    add(bytes_in(words.vertices));
+    add(bytes_in(words.tables));
+    add(bytes_in(words.texels));
+}
+
+}  // namespace demo

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "gpu/mesh_levels.hpp"
+
+#include <lightmesh/gpu/mesh_upload.hpp>
+#include <lightmesh/lightmesh.hpp>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace demo {
+
+namespace {
+
+/// Points that shaders can ask for at once.
+constexpr std::size_t request_capacity = std::size_t{1} << 16;
+
+lightmesh::Settings settings_at(lightmesh::Settings settings, int level) {
+    settings.radius = std::ldexp(settings.radius, level);
+    settings.footprint_scale = 0.0f;
+    return settings;
+}
+
+}  // namespace
+
+struct MeshLevels::Level {
+    Level(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& options, int level)
+        : mesh(scene.intersector(), shapes_of_lights(scene.scene()), settings_at(options.settings, level)),
+          bytes(mesh.snapshot()), upload(lightmesh::SnapshotView(bytes)) {
+        for (const lightmesh::UploadBuffer& buffer : upload.buffers())
+            buffers.emplace_back(device, buffer.bytes);
+    }
+
+    void fill(std::span<const lightmesh::SurfacePoint> points) {
+        constexpr std::size_t at_once = 256;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), at_once),
+                          [&](const auto& part) { mesh.fill(points.subspan(part.begin(), part.size())); });
+    }
+
+    void upload_changes(const ComputeDevice& device) {
+        bytes = mesh.snapshot();
+        for (const lightmesh::UploadRange& range : upload.update(lightmesh::SnapshotView(bytes))) {
+            ComputeBuffer& buffer = buffers[range.binding];
+            if (buffer.size() != upload.buffers()[range.binding].bytes.size())
+                buffer = ComputeBuffer(device, range.bytes);
+            else
+                buffer.write(range.offset, range.bytes);
+        }
+    }
+
+    lightmesh::LightMesh<EmbreeIntersector> mesh;
+    std::vector<std::byte> bytes;
+    lightmesh::MeshUpload upload;
+    std::vector<ComputeBuffer> buffers;
+};
+
+MeshLevels::MeshLevels(const ComputeDevice& device, const EmbreeScene& scene,
+                       const VisibilityOptions& options)
+    : device_(device), scene_(scene), options_(options), levels_(lightmesh::most_mesh_levels),
+      nothing_(device, std::size_t{16}), requests_(device, lightmesh::empty_requests(request_capacity)) {}
+
+MeshLevels::~MeshLevels() = default;
+
+MeshLevels::Level& MeshLevels::at(int level) {
+    std::unique_ptr<Level>& found = levels_.at(static_cast<std::size_t>(level));
+    if (!found)
+        found = std::make_unique<Level>(device_, scene_, options_, level);
+    return *found;
+}
+
+std::vector<ComputeBinding> MeshLevels::bindings() const {
+    std::vector<ComputeBinding> made;
+    for (std::uint32_t i = 0; i < lightmesh::MeshUpload::buffer_count; ++i)
+        made.push_back({.set = set, .binding = i, .buffer = nothing_});
+    made.push_back({.set = set, .binding = lightmesh::MeshUpload::requests_binding, .buffer = requests_});
+    return made;
+}
+
+void MeshLevels::bind(const ComputeKernel& kernel, int level) {
+    const Level& seen = at(level);
+    for (std::uint32_t i = 0; i < seen.buffers.size(); ++i)
+        kernel.bind({.set = set, .binding = i, .buffer = seen.buffers[i]});
+    requests_.write(0, lightmesh::empty_requests(request_capacity));
+}
+
+MeshLevels::Asked MeshLevels::fill(int level) {
+    const lightmesh::UploadRequests asked = lightmesh::read_requests(requests_.read_all<std::byte>());
+    if (asked.points.empty() && !asked.overflowed) {
+        asked_before_.clear();
+        return Asked::nothing;
+    }
+    std::vector<std::array<float, 6>> sorted;
+    for (const lightmesh::SurfacePoint& point : asked.points)
+        sorted.push_back({point.position.x, point.position.y, point.position.z, point.normal.x,
+                          point.normal.y, point.normal.z});
+    std::ranges::sort(sorted);
+    if (sorted == asked_before_)
+        return Asked::same_points;
+    asked_before_ = std::move(sorted);
+    Level& filled = at(level);
+    filled.fill(asked.points);
+    filled.upload_changes(device_);
+    return Asked::points;
+}
+
+lightmesh::MeshStatistics MeshLevels::statistics() const {
+    lightmesh::MeshStatistics sum;
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+        if (!levels_[k])
+            continue;
+        const lightmesh::MeshStatistics of_level = levels_[k]->mesh.statistics();
+        sum.light_points += of_level.light_points;
+        sum.bricks += of_level.bricks;
+        sum.long_tests += of_level.long_tests;
+        sum.long_rays += of_level.long_rays;
+        sum.link_rays += of_level.link_rays;
+        sum.bytes += of_level.bytes;
+        sum.light_points_of_level[k] = of_level.light_points;
+        sum.bytes_of_level[k] = of_level.bytes;
+    }
+    return sum;
+}
+
+}  // namespace demo

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gpu/compute.hpp"
+#include "render/embree_scene.hpp"
+#include "render/visibility.hpp"
+
+#include <lightmesh/statistics.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace demo {
+
+/// The levels of a light mesh on a device: each a mesh of its own, of radius 2^k r, that the host fills as
+/// shaders ask for it.
+class MeshLevels {
+public:
+    /// Descriptor set where shaders see a level and the request buffer.
+    static constexpr std::uint32_t set = 1;
+
+    MeshLevels(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& options);
+    ~MeshLevels();
+    MeshLevels(const MeshLevels&) = delete;
+    MeshLevels& operator=(const MeshLevels&) = delete;
+
+    /// Bindings for kernels: placeholders, until `bind`.
+    std::vector<ComputeBinding> bindings() const;
+    /// Lets a kernel see a level, and empties the request buffer.
+    void bind(const ComputeKernel& kernel, int level);
+    enum class Asked { nothing, points, same_points };
+
+    /// Fills a level where shaders have asked for it, and uploads what is new. Says whether they did, or
+    /// asked what they had asked before the last `fill`: rays along an edge may be blocked for the device and
+    /// open for the host, which then does not know that there is something to fill.
+    Asked fill(int level);
+
+    /// Of all levels, as if they were one mesh.
+    lightmesh::MeshStatistics statistics() const;
+
+private:
+    struct Level;
+    Level& at(int level);
+
+    ComputeDevice device_;
+    const EmbreeScene& scene_;
+    VisibilityOptions options_;
+    std::vector<std::unique_ptr<Level>> levels_;  ///< null: not asked for so far
+    ComputeBuffer nothing_;
+    ComputeBuffer requests_;
+    std::vector<std::array<float, 6>> asked_before_;  ///< positions and normals, sorted
+};
+
+}  // namespace demo

@@ -1,0 +1,1173 @@
+// SPDX-License-Identifier: MIT
+// S of a visibility cache in shaders: what `SnapshotView::visibility` says of a cache's snapshot, to the bit.
+//
+//     #define LIGHTMESH_CACHE_SET 0
+//     #define LIGHTMESH_CACHE_BINDING 0          // this storage buffer and the two after it
+//     #include <lightmesh/gpu/cache.glsl>
+//     bool lightmesh_is_open(vec3 from, vec3 to) { return !...; }    // rays: yours
+//
+//     LightMeshCachePoint at = lightmesh_cache_point(P, n, footprint, shading_normal);    // 0, vec3(0.0): none
+//     LightMeshCacheTile tile;
+//     for (uint t = 0u; t < lightmesh_cache_tile_count(); ++t) {     // 64 lights at a time
+//         lightmesh_cache_find(at, t, uvec2(~0u), tile);
+//         for (uint l = 0u; l < lightmesh_cache_tile_size(t); ++l)
+//             if (lightmesh_cache_is_known(tile, l))
+//                 color += light[64u * t + l] * lightmesh_cache_share(tile, l);
+//     }
+//     if (at.lacks != 0u)
+//         lightmesh_cache_request(at, pixel);
+//
+// What is not known is told apart from dark. `at.lacks` says why:
+//     lightmesh_cache_lacks_values  the snapshot has no record or no value for it. `VisibilityCache::fill` of the
+//                                   requested points finds it for the next snapshot.
+//     lightmesh_cache_lacks_rays    it takes rays that no cache keeps: to lamps from the point itself, where no
+//                                   record serves it, or where a smooth surface bends away from its facets. And
+//                                   against leaks, without lightmesh_is_open. `VisibilityCache::visibility` of the
+//                                   requested points has the answer.
+//     lightmesh_cache_lacks_place   the point or its normal is not finite, or lies outside the lattice. No request is
+//                                   made.
+//
+// lightmesh_is_open says whether nothing lies on the segment between two points, as the cache's tracer sees it. It is
+// asked for few points, up to eight times for each level of the cache.
+//
+// Macros, to be defined before the include:
+//     LIGHTMESH_CACHE_SET, LIGHTMESH_CACHE_BINDING   where the buffers are bound; 0 and 0
+//     LIGHTMESH_NO_RAYS                              there is no lightmesh_is_open: what needs a ray is not known
+//
+// GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to storage
+// buffers. Sums and products must round to nearest, as they do on all GPUs; what decides anything is an integer, such
+// a float, or a double by integers (doubles.glsl). One query at a time: it works in variables of this file.
+#ifndef LIGHTMESH_CACHE_GLSL
+#define LIGHTMESH_CACHE_GLSL
+
+#include "doubles.glsl"
+
+#ifndef LIGHTMESH_CACHE_SET
+#define LIGHTMESH_CACHE_SET 0
+#endif
+#ifndef LIGHTMESH_CACHE_BINDING
+#define LIGHTMESH_CACHE_BINDING 0
+#endif
+
+#ifndef LIGHTMESH_NO_RAYS
+bool lightmesh_is_open(vec3 from, vec3 to);
+#endif
+
+// As `CacheUpload` lays them out:
+//     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges
+//     where slots | records | tiles | lights begin
+//     how far the lattice reaches from its origin: a double
+//     for each level five: see `lightmesh_cache_level_*`
+//     slots: the three words of a key | number of a record plus one; 0: free
+//     records, two each: place | x and y of the normal
+//                        z of the normal and links | lattice index and whether it is on a surface | first tile | tiles
+//     tiles: number of the tile and, 24 bits higher, which octets it has | first octet | known lights
+//     lights, six each: see `lightmesh_cache_light_*`
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING) readonly buffer LightMeshCachePlaces {
+    uvec4 lightmesh_cache_places[];
+};
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 1) readonly buffer LightMeshCacheOctets {
+    uint lightmesh_cache_words[];
+};
+
+struct LightMeshCacheRequest {
+    vec4 position;        // w: footprint
+    vec4 normal;          // w: bits of the number that the shader gave
+    vec4 shading_normal;  // w: bits of what the point lacks
+};
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 2) buffer LightMeshCacheRequests {
+    uint lightmesh_cache_request_count;  // of points that asked, also those for which there was no room
+    uint lightmesh_cache_request_room;
+    uvec2 lightmesh_cache_request_unused;
+    LightMeshCacheRequest lightmesh_cache_requests[];
+};
+
+const uint lightmesh_cache_lacks_values = 1u;
+const uint lightmesh_cache_lacks_rays = 2u;
+const uint lightmesh_cache_lacks_place = 4u;
+
+// A surface point with what is the same for all tiles of lights.
+struct LightMeshCachePoint {
+    vec3 position;
+    vec3 normal;  // of length 1, or 0
+    float footprint;
+    vec3 shading_normal;
+    uint lacks;  // so far; 0: all that was asked is known
+    // What follows is for the functions here.
+    vec3 given_normal;
+    vec3 smooth_normal;
+    bool is_smooth;
+    int full_level;  // the finest level that the footprint lets say all
+    int part;        // how much the next one may say, of 2^15
+    int first_level;
+    int way_count;
+    ivec3 ways;         // 2 axis + (1 if the normal points down)
+    ivec3 way_weights;  // sum to 2^15
+    uvec3 traced;       // for each way: a bit for each level whose rays were traced
+    uvec3 seen;         // and four bits: which lattice points the point sees
+};
+
+// S of a tile of 64 lights.
+struct LightMeshCacheTile {
+    uvec2 unknown;     // lights whose S is not known
+    bool is_float;     // whether the values are
+    uvec4 values[16];  // four lights each
+};
+
+uint lightmesh_cache_light_count() {
+    return lightmesh_cache_places[0].x;
+}
+uint lightmesh_cache_tile_count() {
+    return lightmesh_cache_places[0].y;
+}
+// Lights of a tile.
+uint lightmesh_cache_tile_size(uint tile) {
+    return min(64u, lightmesh_cache_light_count() - 64u * tile);
+}
+
+// Whether S of the l-th light of a tile is known.
+bool lightmesh_cache_is_known(LightMeshCacheTile tile, uint l) {
+    return (((l < 32u ? tile.unknown.x : tile.unknown.y) >> (l & 31u)) & 1u) == 0u;
+}
+
+// S of the l-th light of a tile, 0 to 1; without meaning where it is not known.
+float lightmesh_cache_share(LightMeshCacheTile tile, uint l) {
+    uint value = tile.values[l >> 2][l & 3u];
+    precise float share = float(value) * uintBitsToFloat(0x30008081u);  // 2^-23 / 255
+    return tile.is_float ? uintBitsToFloat(value) : share;
+}
+
+// Asks for a point. `id` comes back with it.
+void lightmesh_cache_request(LightMeshCachePoint at, uint id) {
+    if ((at.lacks & ~lightmesh_cache_lacks_place) == 0u)
+        return;
+    uint i = atomicAdd(lightmesh_cache_request_count, 1u);
+    if (i >= lightmesh_cache_request_room)
+        return;
+    lightmesh_cache_requests[i].position = vec4(at.position, at.footprint);
+    lightmesh_cache_requests[i].normal = vec4(at.given_normal, uintBitsToFloat(id));
+    lightmesh_cache_requests[i].shading_normal = vec4(at.shading_normal, uintBitsToFloat(at.lacks));
+}
+
+// ---- settings
+
+int lightmesh_cache_finest() {
+    return int(lightmesh_cache_places[0].w & 255u);
+}
+uvec2 lightmesh_cache_level_step(int level) {
+    return lightmesh_cache_places[3 + 5 * level].xy;
+}
+uvec2 lightmesh_cache_level_per_step(int level) {
+    return lightmesh_cache_places[3 + 5 * level].zw;
+}
+uvec2 lightmesh_cache_level_origin(int level, int axis) {
+    uvec4 two = lightmesh_cache_places[4 + 5 * level + (axis >> 1)];
+    return (axis & 1) == 0 ? two.xy : two.zw;
+}
+// .45 steps: where records no longer fit; 5 / step; .003 steps.
+uvec2 lightmesh_cache_level_near(int level) {
+    return lightmesh_cache_places[5 + 5 * level].zw;
+}
+uvec2 lightmesh_cache_level_per_fifth(int level) {
+    return lightmesh_cache_places[6 + 5 * level].xy;
+}
+uvec2 lightmesh_cache_level_least(int level) {
+    return lightmesh_cache_places[6 + 5 * level].zw;
+}
+// Floats: .002 steps; 2^-14 steps; how near .45 steps come to a float; step.
+vec4 lightmesh_cache_level_floats(int level) {
+    return uintBitsToFloat(lightmesh_cache_places[7 + 5 * level]);
+}
+
+// ---- vectors
+
+const uvec2 lightmesh_cache_one = uvec2(0u, 0x3ff00000u);
+const uvec2 lightmesh_cache_nine_tenths = uvec2(0xcccccccdu, 0x3fecccccu);
+
+bool lightmesh_cache_is_finite(vec3 v) {
+    uvec3 exponents = floatBitsToUint(v) & 0x7f800000u;
+    return max(max(exponents.x, exponents.y), exponents.z) != 0x7f800000u;
+}
+
+bool lightmesh_cache_is_zero(vec3 v) {
+    uvec3 magnitudes = floatBitsToUint(v) & 0x7fffffffu;
+    return (magnitudes.x | magnitudes.y | magnitudes.z) == 0u;
+}
+
+float lightmesh_cache_largest(vec3 v) {
+    return max(max(abs(v.x), abs(v.y)), abs(v.z));
+}
+
+float lightmesh_cache_dot(vec3 a, vec3 b) {
+    precise float sum = (a.x * b.x + a.y * b.y) + a.z * b.z;
+    return sum;
+}
+
+struct LightMeshCacheDoubles {
+    uvec2 x[3];
+};
+
+LightMeshCacheDoubles lightmesh_cache_doubles(vec3 v) {
+    return LightMeshCacheDoubles(
+        uvec2[3](lightmesh_double_of(v.x), lightmesh_double_of(v.y), lightmesh_double_of(v.z)));
+}
+
+// a . b, added from the first component to the last.
+uvec2 lightmesh_cache_double_dot(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
+    uvec2 sum = uvec2(0u);
+    for (int axis = 0; axis < 3; ++axis)
+        sum = lightmesh_double_add(sum, lightmesh_double_multiply(a.x[axis], b.x[axis]));
+    return sum;
+}
+
+// The vector at length 1, with every step rounded as a processor does; zero stays zero.
+vec3 lightmesh_cache_unit(vec3 v) {
+    float largest = lightmesh_cache_largest(v);
+    if (!(largest > 0.0))
+        return vec3(0.0);
+    vec4 parts = vec4(v, 1.0);
+    for (int i = 0; i < 4; ++i) {
+        float by = largest;
+        if (i == 3)
+            by = lightmesh_float_sqrt(lightmesh_cache_dot(parts.xyz, parts.xyz));
+        parts[i] = lightmesh_float_divide(parts[i], by);
+    }
+    precise vec3 unit = parts.xyz * parts.w;
+    return unit;
+}
+
+// Whether the length of a vector is 1 but for rounding.
+bool lightmesh_cache_is_unit(vec3 v) {
+    if (abs(lightmesh_cache_dot(v, v) - 1.0) < 1e-7)
+        return true;
+    LightMeshCacheDoubles doubles = lightmesh_cache_doubles(v);
+    uvec2 off = lightmesh_double_subtract(lightmesh_cache_double_dot(doubles, doubles), lightmesh_cache_one);
+    return lightmesh_double_less(lightmesh_double_abs(off), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
+}
+
+// A place moved off its surface.
+vec3 lightmesh_cache_off_surface(vec3 place, vec3 normal, int level) {
+    precise vec3 moved = place + (lightmesh_cache_largest(place) * uintBitsToFloat(0x35800000u) +
+                                  lightmesh_cache_level_floats(level).y) * normal;
+    return moved;
+}
+
+// ---- which records serve a point
+
+// Weights are of 2^15.
+int lightmesh_cache_weight_of(uvec2 share) {
+    if (lightmesh_double_is_negative(share))
+        return 0;
+    if (!lightmesh_double_less(share, lightmesh_cache_one))
+        return 32768;
+    return lightmesh_double_floor(lightmesh_double_add(lightmesh_double_scale(share, 15), uvec2(0u, 0x3fe00000u)));
+}
+
+// How much levels may say, by the footprint: less within the last fifth of an octave, which is one level at most.
+void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
+    at.full_level = 15;
+    at.part = 0;
+    at.first_level = 9;
+    if (!(at.footprint > 0.0))
+        return;
+    uvec2 footprint = lightmesh_double_of(at.footprint);
+    uvec2 more = lightmesh_double_multiply(uvec2(0x66666666u, 0x3ff26666u), footprint);  // 1.15
+    at.full_level = -1;
+    while (at.full_level < 15 && lightmesh_double_less(more, lightmesh_cache_level_step(at.full_level + 1)))
+        ++at.full_level;
+    at.first_level = clamp(at.full_level, 0, 9);
+    if (at.full_level == 15)
+        return;
+    uvec2 step = lightmesh_cache_level_step(at.full_level + 1);
+    if (!lightmesh_double_less(footprint, step))
+        return;
+    // (step / footprint - 1) / .1487
+    uvec2 over = lightmesh_double_subtract(lightmesh_double_divide(step, footprint), lightmesh_cache_one);
+    at.part = lightmesh_cache_weight_of(lightmesh_double_divide(over, uvec2(0x02752546u, 0x3fc3089au)));
+    // So near to the whole that it is rounded to it.
+    if (at.part == 32768) {
+        at.first_level = min(++at.full_level, 9);
+        at.part = 0;
+    }
+}
+
+int lightmesh_cache_share_of(LightMeshCachePoint at, int level) {
+    return level <= at.full_level ? 32768 : level == at.full_level + 1 ? at.part : 0;
+}
+
+// The ways along which records fall.
+void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
+    at.way_count = 0;
+    if (lightmesh_cache_is_zero(at.normal))
+        return;
+    float largest = lightmesh_cache_largest(at.normal);
+    int sum = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        float component = abs(at.normal[axis]);
+        if (component < 0.899 * largest)
+            continue;
+        int weight = 32768;
+        if (component != largest) {
+            uvec2 c = lightmesh_double_of(component), l = lightmesh_double_of(largest);
+            if (lightmesh_double_less(c, lightmesh_double_multiply(lightmesh_cache_nine_tenths, l)))
+                continue;
+            uvec2 over = lightmesh_double_subtract(lightmesh_double_divide(c, l), lightmesh_cache_nine_tenths);
+            // .1
+            weight = lightmesh_cache_weight_of(lightmesh_double_divide(over, uvec2(0x9999999au, 0x3fb99999u)));
+            if (weight == 0)
+                continue;
+        }
+        at.ways[at.way_count] = 2 * axis + (at.normal[axis] < 0.0 ? 1 : 0);
+        at.way_weights[at.way_count] = weight;
+        ++at.way_count;
+        sum += weight;
+    }
+    int rest = 32768;
+    for (int i = 1; i < at.way_count; ++i) {
+        at.way_weights[i] = int((uint(at.way_weights[i]) << 15) / uint(sum));
+        rest -= at.way_weights[i];
+    }
+    at.way_weights[0] = rest;
+}
+
+// Whether lattice points around the point have indices.
+bool lightmesh_cache_is_inside(vec3 position) {
+    uvec2 limit = lightmesh_cache_places[2].xy;
+    for (int axis = 0; axis < 3; ++axis) {
+        uvec2 way = lightmesh_double_subtract(lightmesh_double_of(position[axis]),
+                                              lightmesh_cache_level_origin(lightmesh_cache_finest(), axis));
+        if (!lightmesh_double_less(lightmesh_double_abs(way), limit))
+            return false;
+    }
+    return true;
+}
+
+// A point to ask for. The normal is the geometric one, on the side that is shaded. Footprint and shading normal as in
+// `SurfacePoint`: 0 if there is none.
+LightMeshCachePoint lightmesh_cache_point(vec3 position, vec3 normal, float footprint, vec3 shading_normal) {
+    LightMeshCachePoint at;
+    at.position = position;
+    at.given_normal = normal;
+    at.footprint = footprint > 0.0 ? footprint : 0.0;
+    at.shading_normal = shading_normal;
+    at.normal = normal;
+    at.smooth_normal = vec3(0.0);
+    at.is_smooth = false;
+    at.way_count = 0;
+    at.ways = at.way_weights = ivec3(0);
+    at.traced = at.seen = uvec3(0u);
+    at.lacks = 0u;
+    lightmesh_cache_find_levels(at);
+    if (!lightmesh_cache_is_finite(position) || !lightmesh_cache_is_finite(normal) ||
+        !lightmesh_cache_is_inside(position)) {
+        at.lacks = lightmesh_cache_lacks_place;
+        return at;
+    }
+    bool has_smooth = lightmesh_cache_is_finite(shading_normal) && !lightmesh_cache_is_zero(shading_normal);
+    for (int i = 0; i < 2; ++i) {
+        if (i == 0 ? lightmesh_cache_is_unit(normal) : !has_smooth)
+            continue;
+        vec3 unit = lightmesh_cache_unit(i == 0 ? normal : shading_normal);
+        if (i == 0)
+            at.normal = unit;
+        else
+            at.smooth_normal = unit;
+    }
+    float cosine = lightmesh_cache_dot(at.smooth_normal, at.normal);
+    at.is_smooth = cosine > 0.0 && cosine < uintBitsToFloat(0x3f7fffefu);  // .999999
+    lightmesh_cache_find_ways(at);
+    return at;
+}
+
+// ---- lights: at, bits of the kind | range, 0, extent | axis of the cone (doubles), squared tangent | half sides
+
+const uint lightmesh_cache_directional = 1u;
+const uint lightmesh_cache_has_cone = 2u;
+const uint lightmesh_cache_wide_cone = 4u;
+const uint lightmesh_cache_rectangle = 8u;
+
+uvec4 lightmesh_cache_light(uint light, uint part) {
+    return lightmesh_cache_places[lightmesh_cache_places[1].w + 6u * light + part];
+}
+
+uvec2 lightmesh_cache_double_square(uvec2 a) {
+    return lightmesh_double_multiply(a, a);
+}
+
+// In floats where those are sure, else in doubles.
+bool lightmesh_cache_faces(vec3 at, bool is_directional, vec3 point, vec3 normal) {
+    precise vec3 way = is_directional ? at : at - point;
+    precise vec3 products = normal * way;
+    precise float sum = products.x + products.y + products.z;
+    float size = abs(products.x) + abs(products.y) + abs(products.z);
+    float far = lightmesh_cache_largest(at) + (is_directional ? 0.0 : lightmesh_cache_largest(point));
+    if (abs(sum) > 1e-6 * size + 1e-14 * far + 1e-36)
+        return sum > 0.0;
+    uvec2 height[2];
+    for (int i = 0; i < 2; ++i)
+        height[i] = lightmesh_cache_double_dot(
+            lightmesh_cache_doubles(i == 0 ? at : is_directional ? vec3(0.0) : point), lightmesh_cache_doubles(normal));
+    return !lightmesh_double_less(height[0], height[1]);
+}
+
+bool lightmesh_cache_in_range(vec3 at, float range, vec3 point) {
+    if (range < 0.0)
+        return false;
+    precise vec3 way = at - point;
+    float squared = dot(way, way), limit = range * range;
+    if (abs(squared - limit) > 1e-6 * limit + 1e-36)
+        return squared < limit;
+    LightMeshCacheDoubles doubles = lightmesh_cache_doubles(way);
+    return !lightmesh_double_less(lightmesh_cache_double_square(lightmesh_double_of(range)),
+                                  lightmesh_cache_double_dot(doubles, doubles));
+}
+
+bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 way) {
+    uvec4 first = lightmesh_cache_light(light, 2u), second = lightmesh_cache_light(light, 3u);
+    LightMeshCacheDoubles axis = LightMeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
+    LightMeshCacheDoubles w = lightmesh_cache_doubles(way);
+    uvec2 along = lightmesh_cache_double_dot(axis, w);
+    bool is_before = !lightmesh_double_less(along, uvec2(0u));
+    if (is_before == is_wide)
+        return is_wide;
+    // The square of cross(axis, way).
+    LightMeshCacheDoubles across;
+    for (int i = 0; i < 3; ++i) {
+        int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
+        across.x[i] = lightmesh_double_subtract(lightmesh_double_multiply(axis.x[u], w.x[v]),
+                                                lightmesh_double_multiply(w.x[u], axis.x[v]));
+    }
+    uvec2 squared = lightmesh_cache_double_dot(across, across);
+    uvec2 limit = second.zw;
+    for (int i = 0; i < 2; ++i)
+        limit = lightmesh_double_multiply(limit, along);
+    return is_wide ? !lightmesh_double_less(squared, limit) : !lightmesh_double_less(limit, squared);
+}
+
+bool lightmesh_cache_can_reach(uint light, vec3 point, vec3 normal) {
+    uvec4 place = lightmesh_cache_light(light, 0u);
+    vec3 at = uintBitsToFloat(place.xyz);
+    uint kind = place.w;
+    float range = uintBitsToFloat(lightmesh_cache_light(light, 1u).x);
+    if (!lightmesh_cache_faces(at, (kind & lightmesh_cache_directional) != 0u, point, normal) ||
+        (range < 1e19 && !lightmesh_cache_in_range(at, range, point)))
+        return false;
+    precise vec3 way = point - at;
+    return (kind & lightmesh_cache_has_cone) == 0u ||
+           lightmesh_cache_in_cone(light, (kind & lightmesh_cache_wide_cone) != 0u, way);
+}
+
+bool lightmesh_cache_has(uvec2 lights, uint l) {
+    return (((l < 32u ? lights.x : lights.y) >> (l & 31u)) & 1u) != 0u;
+}
+void lightmesh_cache_add(inout uvec2 lights, uint l) {
+    if (l < 32u)
+        lights.x |= 1u << l;
+    else
+        lights.y |= 1u << (l - 32u);
+}
+
+// Which of the asked lights of a tile can reach the point, chi of equation (3), range and cone: by its normal, and by
+// its smooth one.
+uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
+    uvec2 found[2] = uvec2[2](uvec2(0u), uvec2(0u));
+    uint count = lightmesh_cache_tile_size(tile) * (at.is_smooth ? 2u : 1u);
+    for (uint i = 0u; i < count; ++i) {
+        uint turn = at.is_smooth ? i & 1u : 0u, l = at.is_smooth ? i >> 1 : i;
+        if (lightmesh_cache_has(asked, l) &&
+            lightmesh_cache_can_reach(64u * tile + l, at.position, turn == 0u ? at.normal : at.smooth_normal))
+            lightmesh_cache_add(found[turn], l);
+    }
+    return uvec4(found[0], found[1]);
+}
+
+// ---- records
+
+// Where a key's record stands, or 0. `what`: kind and way.
+uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
+    uvec3 key = uvec3(index) & 0x07ffffffu;
+    key.x |= what << 27;
+    key.y |= uint(level) << 27;
+    uint hash = key.x * 0x8da6b343u + key.y * 0xd8163841u + key.z * 0xcb1ab31fu;
+    hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
+    hash ^= hash >> 13;
+    uint slots = lightmesh_cache_places[1].x, mask = lightmesh_cache_places[0].z;
+    for (;; ++hash) {
+        uvec4 slot = lightmesh_cache_places[slots + (hash & mask)];
+        if (slot.w == 0u || slot.xyz == key)
+            return slot.w == 0u ? 0u : lightmesh_cache_places[1].y + 2u * (slot.w - 1u);
+    }
+}
+
+vec3 lightmesh_cache_record_place(uint record) {
+    return uintBitsToFloat(lightmesh_cache_places[record].xyz);
+}
+bool lightmesh_cache_record_is_on_surface(uint record) {
+    return (lightmesh_cache_places[record + 1u].y & 1u) != 0u;
+}
+// Zero: there is no surface.
+vec3 lightmesh_cache_record_normal(uint record) {
+    uint xy = lightmesh_cache_places[record].w;
+    uvec4 more = lightmesh_cache_places[record + 1u];
+    if ((more.y & 1u) == 0u)
+        return vec3(0.0);
+    ivec3 normal = ivec3(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16);
+    precise vec3 unit = vec3(normal) * uintBitsToFloat(0x38000100u);  // 1 / 32767
+    return unit;
+}
+
+// The tile of a record's values: what lightmesh_cache_places says, 0 if nothing is known.
+uvec4 lightmesh_cache_record_row(uint record, uint tile) {
+    uvec4 more = lightmesh_cache_places[record + 1u];
+    for (uint i = 0u; i < more.w; ++i) {
+        uvec4 row = lightmesh_cache_places[lightmesh_cache_places[1].z + more.z + i];
+        if ((row.x & 0x00ffffffu) == tile)
+            return row;
+    }
+    return uvec4(0u);
+}
+
+// The values of the four lights of a word of a tile, a byte each; 0 where they are not known.
+uint lightmesh_cache_row_word(uvec4 row, uint word) {
+    uint octets = row.x >> 24, octet = word >> 1;
+    if (((octets >> octet) & 1u) == 0u)
+        return 0u;
+    return lightmesh_cache_words[2u * (row.y + uint(bitCount(octets & ((1u << octet) - 1u)))) + (word & 1u)];
+}
+
+// ---- a cell of four records
+
+struct LightMeshCacheCell {
+    ivec2 corner;    // the least indices along u and v
+    ivec4 along;     // the indices along the axis of the way that records fall
+    ivec2 at;        // the point's place in the cell, of 2^15
+    uint records[4];
+    uint links;      // four bits: 0-1, 2-3, 0-2, 1-3
+    bool is_flat;    // whether all four records fit the point without further questions
+    int tap_count;
+    uint taps[8];    // records that serve the point, on surfaces or in the air
+    uint weights[8]; // sum to 2^15
+    uvec4 rows[8];   // of a tile: see `lightmesh_cache_record_row`
+    uint missing;    // least share of the next level for lights that any of the records sees
+    uint lacks;      // why it is not known
+};
+// The one in work: passed from function to function it would be copied.
+LightMeshCacheCell lightmesh_cache_cell;
+
+ivec3 lightmesh_cache_axes(int way) {
+    int axis = way >> 1;
+    return ivec3(axis, axis == 2 ? 0 : axis + 1, axis == 0 ? 2 : axis - 1);
+}
+
+ivec3 lightmesh_cache_index(int k, ivec3 axes) {
+    ivec3 index;
+    index[axes.x] = lightmesh_cache_cell.along[k];
+    index[axes.y] = lightmesh_cache_cell.corner.x + (k & 1);
+    index[axes.z] = lightmesh_cache_cell.corner.y + (k >> 1);
+    return index;
+}
+
+vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
+    vec3 point;
+    for (int axis = 0; axis < 3; ++axis)
+        point[axis] = lightmesh_double_to_float(lightmesh_double_add(
+            lightmesh_cache_level_origin(level, axis),
+            lightmesh_double_multiply(lightmesh_cache_level_step(level), lightmesh_double_of(index[axis]))));
+    return point;
+}
+
+void lightmesh_cache_place(LightMeshCachePoint at, int way, ivec3 axes, int level) {
+    bool is_up = (way & 1) == 0;
+    uvec2 height;
+    ivec2 corner;
+    vec2 fraction;
+    for (int i = 0; i < 3; ++i) {
+        int axis = axes[i];
+        uvec2 way_there = lightmesh_double_subtract(lightmesh_double_of(at.position[axis]),
+                                                    lightmesh_cache_level_origin(level, axis));
+        uvec2 located = lightmesh_double_multiply(way_there, lightmesh_cache_level_per_step(level));
+        if (i == 0) {
+            height = is_up ? lightmesh_double_negate(located) : located;
+        } else {
+            corner[i - 1] = lightmesh_double_floor(located);
+            fraction[i - 1] = lightmesh_double_to_float(
+                lightmesh_double_subtract(located, lightmesh_double_of(corner[i - 1])));
+        }
+    }
+    lightmesh_cache_cell.corner = corner;
+    lightmesh_cache_cell.at = ivec2(int(fraction.x * 32768.0), int(fraction.y * 32768.0));
+    // How far the tangent plane rises from the corners to the point, along u and v.
+    vec3 n = at.normal;
+    bool is_level = n[axes.y] == 0.0 && n[axes.z] == 0.0;
+    uvec2 rise[4];
+    for (int i = 0; i < 4 && !is_level; ++i) {
+        precise float way_there = fraction[i >> 1] - ((i & 1) != 0 ? 1.0 : 0.0);
+        float slope = lightmesh_float_divide(n[axes[1 + (i >> 1)]], n[axes.x]);
+        rise[i] = lightmesh_double_multiply(lightmesh_double_of(is_up ? way_there : -way_there),
+                                            lightmesh_double_of(slope));
+    }
+    // The first lattice index at least a quarter before the plane.
+    for (int k = 0; k < 4; ++k) {
+        if (is_level && k > 0) {
+            lightmesh_cache_cell.along[k] = lightmesh_cache_cell.along.x;
+            continue;
+        }
+        uvec2 plane = height;
+        if (!is_level)
+            plane = lightmesh_double_subtract(height, lightmesh_double_add(rise[k & 1], rise[2 + (k >> 1)]));
+        int below = lightmesh_double_floor(lightmesh_double_subtract(plane, uvec2(0u, 0x3fd00000u)));
+        lightmesh_cache_cell.along[k] = is_up ? -below : below;
+    }
+}
+
+bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
+#ifdef LIGHTMESH_NO_RAYS
+    lacks |= lightmesh_cache_lacks_rays;
+    return false;
+#else
+    return lightmesh_is_open(from, to);
+#endif
+}
+
+// Which neighbouring columns have a free way between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v.
+void lightmesh_cache_find_links(ivec3 axes, int level) {
+    lightmesh_cache_cell.links = 0u;
+    for (int i = 0; i < 4; ++i) {
+        int from = i == 0 ? 0 : i == 2 ? 0 : i == 1 ? 2 : 1, to = from + (i < 2 ? 1 : 2);
+        uvec4 more = lightmesh_cache_places[lightmesh_cache_cell.records[from] + 1u];
+        int start = int(more.y) >> 1, end = int(lightmesh_cache_places[lightmesh_cache_cell.records[to] + 1u].y) >> 1;
+        int rise = end - start;
+        if (rise < -1 || rise > 1)
+            continue;
+        uint links = more.x >> (16 + (i < 2 ? 0 : 3) + rise + 1);
+        bool is_open = ((links >> 6) & 1u) != 0u;
+        if ((links & 1u) == 0u) {
+            vec3 ends[2];
+            for (int k = 0; k < 2; ++k) {
+                ivec3 index = lightmesh_cache_index(k == 0 ? from : to, axes);
+                index[axes.x] = k == 0 ? start : end;
+                ends[k] = lightmesh_cache_lattice_point(index, level);
+            }
+            is_open = lightmesh_cache_is_open(ends[0], ends[1], lightmesh_cache_cell.lacks);
+        }
+        lightmesh_cache_cell.links |= is_open ? 1u << i : 0u;
+    }
+}
+
+bool lightmesh_cache_is_same(vec3 a, vec3 b) {
+    precise vec3 d = abs(a - b);
+    return d.x < 1e-4 && d.y < 1e-4 && d.z < 1e-4;
+}
+
+// How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them.
+uint lightmesh_cache_fit(uint record, LightMeshCachePoint at, int level) {
+    if (!lightmesh_cache_record_is_on_surface(record))
+        return 0u;
+    precise vec3 way = lightmesh_cache_record_place(record) - at.position;
+    vec3 normal = lightmesh_cache_record_normal(record);
+    // Before the point's plane, before the record's, and the cosine between.
+    uvec2 dots[3];
+    for (int i = 0; i < 3; ++i)
+        dots[i] = lightmesh_cache_double_dot(lightmesh_cache_doubles(i == 2 ? normal : way),
+                                             lightmesh_cache_doubles(i == 1 ? normal : at.normal));
+    int shares[2];
+    for (int i = 0; i < 2; ++i) {
+        uvec2 from = i == 0 ? lightmesh_cache_level_near(level) : dots[2];
+        uvec2 less = i == 0 ? lightmesh_double_abs(dots[0]) : uvec2(0xcccccccdu, 0x3fe4ccccu);            // .65
+        uvec2 by = i == 0 ? lightmesh_cache_level_per_fifth(level) : uvec2(0u, 0x40240000u);  // 10
+        uvec2 part = lightmesh_double_multiply(lightmesh_double_subtract(from, less), by);
+        shares[i] = 0;
+        if (!lightmesh_double_is_negative(part))
+            shares[i] = lightmesh_double_less(part, lightmesh_cache_one)
+                            ? lightmesh_double_floor(lightmesh_double_scale(part, 8))
+                            : 256;
+    }
+    uint share = uint(shares[0] * shares[1] >> 8);
+    uvec2 least = lightmesh_double_add(
+        lightmesh_cache_level_least(level),
+        lightmesh_double_scale(lightmesh_double_of(lightmesh_cache_largest(at.position)), -21));
+    bool is_suspect = lightmesh_double_less(least, dots[0]) && lightmesh_double_less(least, dots[1]);
+    return share | (is_suspect ? 512u : 0u);
+}
+
+// Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
+// over links.
+uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint at,
+                                ivec3 axes, int level, inout uint lacks) {
+    vec3 end = lightmesh_cache_off_surface(at.position, at.normal, level);
+    uint seen = 0u;
+    bool is_any_open = false;
+    for (int turn = 0; turn < 4; ++turn) {
+        int k = 0;
+        for (int i = 0; i < 4; ++i) {
+            int heavier = 0;
+            for (int other = 0; other < 4; ++other)
+                heavier += weights[other] > weights[i] || (weights[other] == weights[i] && other < i) ? 1 : 0;
+            if (heavier == turn)
+                k = i;
+        }
+        bool is_suspect = ((suspect >> k) & 1u) != 0u;
+        if (is_any_open && !is_suspect)
+            continue;
+        vec3 to = lightmesh_cache_lattice_point(lightmesh_cache_index(k, axes), level);
+        bool is_open = lightmesh_cache_is_open(end, to, lacks);
+        seen |= is_open ? 1u << k : 0u;
+        is_any_open = is_any_open || (is_open && !is_suspect);
+    }
+    const uint ends[4] = uint[4](3u, 12u, 5u, 10u);
+    for (int pass = 0; pass < 3; ++pass)
+        for (int link = 0; link < 4; ++link)
+            if (((lightmesh_cache_cell.links >> link) & 1u) != 0u && (suspect & ends[link]) == 0u &&
+                (seen & ends[link]) != 0u)
+                seen |= ends[link];
+    return seen;
+}
+
+// Makes the weights sum to 2^15; so far they have any sum, below 2^27.
+void lightmesh_cache_set_weights() {
+    uint sum = 0u, greatest = 0u;
+    int heaviest = 0;
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        uint weight = lightmesh_cache_cell.weights[k];
+        sum += weight;
+        if (weight > greatest) {
+            greatest = weight;
+            heaviest = k;
+        }
+    }
+    uint rest = 32768u;
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        uint left = lightmesh_cache_cell.weights[k], weight = left == sum ? 32768u : 0u;
+        for (int bit = 14; bit >= 0 && weight < 32768u; --bit) {
+            left <<= 1;
+            if (left >= sum) {
+                left -= sum;
+                weight |= 1u << bit;
+            }
+        }
+        lightmesh_cache_cell.weights[k] = weight;
+        rest -= weight;
+    }
+    lightmesh_cache_cell.weights[heaviest] += rest;
+}
+
+void lightmesh_cache_add_tap(uint record, uint weight) {
+    lightmesh_cache_cell.taps[lightmesh_cache_cell.tap_count] = record;
+    lightmesh_cache_cell.weights[lightmesh_cache_cell.tap_count] = weight;
+    ++lightmesh_cache_cell.tap_count;
+}
+
+void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int way, ivec3 axes, int level) {
+    ivec2 place = lightmesh_cache_cell.at;
+    int both = int(uint(place.x) * uint(place.y) >> 15);
+    ivec4 weights = ivec4(32768 - place.x - place.y + both, place.x - both, place.y - both, both);
+    lightmesh_cache_cell.missing = 0u;
+    lightmesh_cache_cell.tap_count = 0;
+    if (lightmesh_cache_cell.is_flat) {
+        lightmesh_cache_cell.tap_count = 4;
+        for (int k = 0; k < 4; ++k) {
+            lightmesh_cache_cell.taps[k] = lightmesh_cache_cell.records[k];
+            lightmesh_cache_cell.weights[k] = uint(weights[k]);
+        }
+        return;
+    }
+    ivec4 fits;
+    uint suspect = 0u;
+    bool fits_all = true;
+    for (int k = 0; k < 4; ++k) {
+        uint fit = lightmesh_cache_fit(lightmesh_cache_cell.records[k], at, level);
+        fits[k] = int(fit & 511u);
+        suspect |= (fit >> 9) << k;
+        fits_all = fits_all && fits[k] > 0;
+    }
+    uint seen = 15u;
+    if (!fits_all || suspect != 0u || lightmesh_cache_cell.links != 15u) {
+        int traced = level - at.first_level;
+        if (((at.traced[turn] >> traced) & 1u) == 0u) {
+            uint lacks = 0u;
+            seen = lightmesh_cache_trace_seen(suspect, weights, at, axes, level, lacks);
+            if (lacks != 0u) {
+                lightmesh_cache_cell.lacks |= lacks;
+                return;
+            }
+            at.traced[turn] |= 1u << traced;
+            at.seen[turn] |= seen << (4 * traced);
+        }
+        seen = (at.seen[turn] >> (4 * traced)) & 15u;
+    }
+    int served = 0;
+    for (int k = 0; k < 4; ++k) {
+        if (((seen >> k) & 1u) == 0u)
+            continue;
+        served += weights[k] * fits[k] >> 8;
+        uint weight = uint(weights[k]) + 1u;
+        if (fits[k] > 0)
+            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], 10u * weight * uint(fits[k]));
+        if (fits[k] == 256)
+            continue;
+        uint air = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), 6u + uint(way), level);
+        if (air == 0u) {
+            lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
+            return;
+        }
+        lightmesh_cache_add_tap(air, 3u * weight * uint(256 - fits[k]));
+    }
+    if (lightmesh_cache_cell.tap_count > 0)
+        lightmesh_cache_set_weights();
+    lightmesh_cache_cell.missing = level < 11 ? uint(min(5 * (32768 - served), 32768)) : 0u;
+}
+
+// The cell of a level about the point, with the records that serve it.
+void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level) {
+    int way = at.ways[turn];
+    ivec3 axes = lightmesh_cache_axes(way);
+    lightmesh_cache_cell.lacks = 0u;
+    lightmesh_cache_cell.tap_count = 0;
+    lightmesh_cache_cell.missing = 0u;
+    lightmesh_cache_cell.is_flat = false;
+    lightmesh_cache_place(at, way, axes, level);
+    for (int k = 0; k < 4; ++k) {
+        lightmesh_cache_cell.records[k] = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), uint(way), level);
+        if (lightmesh_cache_cell.records[k] == 0u) {
+            lightmesh_cache_cell.lacks = lightmesh_cache_lacks_values;
+            return;
+        }
+    }
+    lightmesh_cache_find_links(axes, level);
+    if (lightmesh_cache_cell.lacks != 0u)
+        return;
+    vec3 normal = lightmesh_cache_record_normal(lightmesh_cache_cell.records[0]);
+    vec3 place = lightmesh_cache_record_place(lightmesh_cache_cell.records[0]);
+    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.links == 15u &&
+                   lightmesh_cache_is_same(at.normal, normal);
+    float farthest = 0.0;
+    for (int k = 0; k < 4 && lightmesh_cache_cell.is_flat; ++k) {
+        lightmesh_cache_cell.is_flat = lightmesh_cache_record_is_on_surface(lightmesh_cache_cell.records[k]) &&
+                       lightmesh_cache_is_same(lightmesh_cache_record_normal(lightmesh_cache_cell.records[k]), normal);
+        precise vec3 way_there = lightmesh_cache_record_place(lightmesh_cache_cell.records[k]) - place;
+        farthest = max(farthest, abs(lightmesh_cache_dot(normal, way_there)));
+    }
+    precise float slack = lightmesh_cache_level_floats(level).x - farthest;
+    precise vec3 way_here = at.position - place;
+    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.is_flat && abs(lightmesh_cache_dot(normal, way_here)) < slack;
+    lightmesh_cache_make_taps(at, turn, way, axes, level);
+}
+
+// The probe of a cell, or 0.
+uint lightmesh_cache_find_probe(int way, ivec3 axes, int level) {
+    ivec3 index = lightmesh_cache_index(0, axes);
+    ivec4 along = lightmesh_cache_cell.along;
+    int lowest = min(min(along.x, along.y), min(along.z, along.w));
+    int highest = max(max(along.x, along.y), max(along.z, along.w));
+    index[axes.x] = (way & 1) == 0 ? highest : lowest;
+    return lightmesh_cache_find_record(index, 12u + uint(way), level);
+}
+
+// ---- smooth surfaces
+
+// Whether the plane through a place leaves some of the lamp below.
+bool lightmesh_cache_is_cut(uint light, vec3 place, vec3 normal) {
+    uvec4 first = lightmesh_cache_light(light, 0u), second = lightmesh_cache_light(light, 1u);
+    vec3 at = uintBitsToFloat(first.xyz);
+    bool is_directional = (first.w & lightmesh_cache_directional) != 0u;
+    bool is_rectangle = (first.w & lightmesh_cache_rectangle) != 0u;
+    float size = lightmesh_double_to_float(second.zw);
+    vec3 half_u = vec3(0.0), half_v = vec3(0.0);
+    if (is_rectangle) {
+        half_u = uintBitsToFloat(lightmesh_cache_light(light, 4u).xyz);
+        half_v = uintBitsToFloat(lightmesh_cache_light(light, 5u).xyz);
+        size = abs(dot(normal, half_u)) + abs(dot(normal, half_v));
+    }
+    vec3 way = is_directional ? at : at - place;
+    float over = dot(normal, way) - size;
+    float far = lightmesh_cache_largest(at) + (is_directional ? 0.0 : lightmesh_cache_largest(place));
+    float bound = 2e-6 * (lightmesh_cache_largest(way) + size + lightmesh_cache_largest(half_u) +
+                          lightmesh_cache_largest(half_v)) +
+                  1e-13 * far + 1e-36;
+    if (abs(over) > bound)
+        return over < 0.0;
+    uvec2 extent = is_rectangle ? uvec2(0u) : second.zw;
+    uvec2 height;
+    for (int i = is_rectangle ? 0 : 2; i < 3; ++i) {
+        LightMeshCacheDoubles along = lightmesh_cache_doubles(i == 0 ? half_u : i == 1 ? half_v : at);
+        for (int axis = 0; axis < 3 && i == 2 && !is_directional; ++axis)
+            along.x[axis] = lightmesh_double_subtract(along.x[axis], lightmesh_double_of(place[axis]));
+        height = lightmesh_cache_double_dot(along, lightmesh_cache_doubles(normal));
+        if (i < 2)
+            extent = lightmesh_double_add(extent, lightmesh_double_abs(height));
+    }
+    return lightmesh_double_less(height, extent);
+}
+
+uvec2 lightmesh_cache_to_float_precision(uvec2 a) {
+    return lightmesh_double_of(lightmesh_double_to_float(a));
+}
+
+// Whether some part of the lamp may be nearer to the point's tangent plane, or farther below it, than an angle of
+// which the squared sine is given.
+bool lightmesh_cache_is_grazing(uint light, LightMeshCachePoint point, float sine_squared) {
+    uvec4 first = lightmesh_cache_light(light, 0u);
+    vec3 at = uintBitsToFloat(first.xyz);
+    precise vec3 way = (first.w & lightmesh_cache_directional) != 0u ? at : at - point.position;
+    LightMeshCacheDoubles w = lightmesh_cache_doubles(way);
+    uvec2 height = lightmesh_cache_to_float_precision(lightmesh_double_subtract(
+        lightmesh_cache_double_dot(w, lightmesh_cache_doubles(point.normal)), lightmesh_cache_light(light, 1u).zw));
+    if (lightmesh_double_less(height, uvec2(0u)))
+        return true;
+    uvec2 squared = lightmesh_cache_to_float_precision(lightmesh_cache_double_dot(w, w));
+    return lightmesh_double_less(lightmesh_cache_double_square(height),
+                                 lightmesh_double_multiply(lightmesh_double_of(sine_squared), squared));
+}
+
+// The lights about which the geometric normal of the point, or of a record that serves it, says something else than
+// the smooth surface does.
+uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
+    float sine_squared = 0.0;
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        vec3 other = lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
+        if (lightmesh_cache_is_zero(other))
+            continue;
+        precise float cosine = lightmesh_cache_dot(at.normal, other);
+        precise float squared = 1.0 - cosine * cosine;
+        sine_squared = max(sine_squared, squared);
+    }
+    precise float limit = uintBitsToFloat(0x3f8147aeu) * sine_squared + uintBitsToFloat(0x358637bdu);  // 1.01, 1e-6
+    uvec2 bent = uvec2(0u);
+    for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l) {
+        if (!lightmesh_cache_has(lights, l))
+            continue;
+        uint light = 64u * tile + l;
+        bool is_bent = false;
+        for (int k = -1; k < lightmesh_cache_cell.tap_count && !is_bent; ++k) {
+            vec3 place = k < 0 ? at.position : lightmesh_cache_record_place(lightmesh_cache_cell.taps[k]);
+            vec3 normal = k < 0 ? at.normal : lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
+            is_bent = !lightmesh_cache_is_zero(normal) && lightmesh_cache_is_cut(light, place, normal);
+        }
+        if (is_bent && lightmesh_cache_is_grazing(light, at, limit))
+            lightmesh_cache_add(bent, l);
+    }
+    return bent;
+}
+
+// ---- values
+
+uvec4 lightmesh_cache_bytes(uint word) {
+    return uvec4(word & 255u, (word >> 8) & 255u, (word >> 16) & 255u, word >> 24);
+}
+
+// What makes a level give way to the next one.
+struct LightMeshCacheLevel {
+    uint force;   // least share of the next level
+    uint fade;    // greatest share
+    uint window;  // weight of the probe
+    uvec4 probe;  // its row
+    bool is_last;
+};
+
+// Adds what a level's records say of four lights: what `blend_level` of the library's kernels does.
+void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, LightMeshCacheLevel level) {
+    uvec4 value = uvec4(0u), least = uvec4(255u), greatest = uvec4(0u);
+    uint words[8];
+    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
+        words[k] = lightmesh_cache_row_word(lightmesh_cache_cell.rows[k], word);
+        uvec4 bytes = lightmesh_cache_bytes(words[k]);
+        value += lightmesh_cache_cell.weights[k] * bytes;
+        least = min(least, bytes);
+        greatest = max(greatest, bytes);
+    }
+    value = (value + 64u) >> 7;
+    if (level.is_last) {
+        found += left * value;
+        left = uvec4(0u);
+        return;
+    }
+    uvec4 spread = uvec4(0u);
+    bool is_uniform = least == greatest;
+    for (int k = 0; k < lightmesh_cache_cell.tap_count && !is_uniform; ++k) {
+        uvec4 bytes = lightmesh_cache_bytes(words[k]) << 8;
+        uvec4 apart = max(bytes, value) - min(bytes, value);
+        spread = max(spread, apart * min(4u * lightmesh_cache_cell.weights[k], 32768u) >> 15);
+    }
+    uvec4 twice = min(2u * value, uvec4(65280u));
+    spread = spread * (512u - (twice >> 8)) >> 8;
+    uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
+    uvec4 beta = (t * t >> 15) * (98304u - 2u * t) >> 15;
+    if (level.window != 0u) {
+        uvec4 probe = lightmesh_cache_bytes(lightmesh_cache_row_word(level.probe, word));
+        uvec4 is_missed = (uvec4(equal(probe, uvec4(0u))) & uvec4(greaterThan(least, uvec4(153u)))) |
+                          (uvec4(equal(probe, uvec4(255u))) & uvec4(lessThan(greatest, uvec4(102u)))) |
+                          (uvec4(equal(probe, uvec4(127u))) &
+                           (uvec4(equal(least, uvec4(255u))) | uvec4(equal(greatest, uvec4(0u)))));
+        beta = max(beta, is_missed * level.window);
+    }
+    beta = max(beta, uvec4(greaterThan(greatest, uvec4(0u))) * lightmesh_cache_cell.missing);
+    beta = max(beta, uvec4(level.force));
+    beta = beta * (level.fade >> 1) >> 14;
+    uvec4 rest = left * beta >> 15;
+    rest *= uvec4(greaterThanEqual(rest, uvec4(64u)));
+    found += (left - rest) * value;
+    left = rest;
+}
+
+// The lowest four bits of a mask's lights.
+uvec4 lightmesh_cache_lanes(uint mask) {
+    return uvec4(mask & 1u, (mask >> 1) & 1u, (mask >> 2) & 1u, (mask >> 3) & 1u);
+}
+
+uint lightmesh_cache_mask(uvec4 lanes) {
+    uvec4 set = uvec4(notEqual(lanes, uvec4(0u)));
+    return set.x | set.y << 1 | set.z << 2 | set.w << 3;
+}
+
+// What a query has found so far of a tile, as 2^23 * 255 for 1, and 16 bits for each light of what is left for finer
+// levels, of 2^15.
+uvec4 lightmesh_cache_found[16];
+uvec2 lightmesh_cache_left[16];
+
+// Finds S of lights along one way. Those for which something is lacking come back.
+uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint tile, uvec2 lights,
+                                 uvec2 smooth_lights) {
+    uvec2 unknown = uvec2(0u);
+    bool is_first = true;
+    int finest = lightmesh_cache_finest();
+    bool has_exact_edges = (lightmesh_cache_places[0].w & 256u) != 0u;
+    ivec3 axes = lightmesh_cache_axes(at.ways[turn]);
+    for (int k = 0; k < 16; ++k)
+        lightmesh_cache_found[k] = uvec4(0u);
+    for (int level = at.first_level; (lights.x | lights.y) != 0u; ++level) {
+        int next = level < finest ? lightmesh_cache_share_of(at, level + 1) : 0;
+        bool is_last = next == 0;
+        lightmesh_cache_make_cell(at, turn, level);
+        int taps = lightmesh_cache_cell.tap_count;
+        if (lightmesh_cache_cell.lacks != 0u || (taps == 0 && is_last)) {
+            at.lacks |= lightmesh_cache_cell.lacks != 0u ? lightmesh_cache_cell.lacks : lightmesh_cache_lacks_rays;
+            unknown |= lights;
+            break;
+        }
+        if (taps == 0)
+            continue;
+        uvec2 bending = lights & smooth_lights;
+        if ((bending.x | bending.y) != 0u) {
+            uvec2 bent = lightmesh_cache_bent(at, tile, bending);
+            at.lacks |= (bent.x | bent.y) != 0u ? lightmesh_cache_lacks_rays : 0u;
+            unknown |= bent;
+            lights &= ~bent;
+        }
+        bool is_base = level >= 9, is_exact = is_last && has_exact_edges;
+        LightMeshCacheLevel how;
+        how.is_last = is_last && !is_exact;
+        how.force = is_exact || is_base ? 0u : 32768u;
+        how.fade = uint(is_exact ? 32768 : next);
+        how.window = 0u;
+        how.probe = uvec4(0u);
+        uvec2 known = uvec2(~0u);
+        if (is_base && level < 11 && !is_last) {
+            ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
+            how.window = uint(min(8 * min(inside.x, inside.y), 32768));
+            uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.ways[turn], axes, level) : 0u;
+            if (probe != 0u)
+                how.probe = lightmesh_cache_record_row(probe, tile);
+            if (how.window != 0u)
+                known = how.probe.zw;
+        }
+        for (int k = 0; k < taps; ++k) {
+            uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.taps[k], tile);
+            lightmesh_cache_cell.rows[k] = row;
+            known &= row.zw;
+        }
+        uvec2 lacking = lights & ~known;
+        at.lacks |= (lacking.x | lacking.y) != 0u ? lightmesh_cache_lacks_values : 0u;
+        unknown |= lacking;
+        uvec2 asking = lights & known;
+        lights = uvec2(0u);
+        for (uint word = 0u; word < 16u; ++word) {
+            uint shift = 4u * (word & 7u), asked = ((word < 8u ? asking.x : asking.y) >> shift) & 15u;
+            if (asked == 0u)
+                continue;
+            uvec4 lanes = lightmesh_cache_lanes(asked), rest = lanes * 32768u, found = uvec4(0u);
+            if (!is_first) {
+                found = lightmesh_cache_found[word];
+                uvec2 left = lightmesh_cache_left[word];
+                rest = lanes * uvec4(left.x & 0xffffu, left.x >> 16, left.y & 0xffffu, left.y >> 16);
+            }
+            lightmesh_cache_blend(found, rest, word, how);
+            lightmesh_cache_found[word] = found;
+            uint going_on = lightmesh_cache_mask(rest);
+            if (going_on != 0u)
+                lightmesh_cache_left[word] = uvec2(rest.x | rest.y << 16, rest.z | rest.w << 16);
+            lights |= word < 8u ? uvec2(going_on << shift, 0u) : uvec2(0u, going_on << shift);
+        }
+        is_first = false;
+        if (is_exact && (lights.x | lights.y) != 0u) {
+            at.lacks |= lightmesh_cache_lacks_rays;
+            unknown |= lights;
+            break;
+        }
+    }
+    return unknown;
+}
+
+// The float nearest to the double nearest to a sum's share of 2^38 * 255: divided digit by digit, of 16 bits each.
+float lightmesh_cache_share_of_sum(uint low, uint high) {
+    uvec4 digits = uvec4(high, low >> 16, low & 0xffffu, 0u);
+    uint rest = 0u;
+    for (int i = 0; i < 4; ++i) {
+        uint value = rest << 16 | digits[i];
+        digits[i] = value / 255u;
+        rest = value - 255u * digits[i];
+    }
+    return lightmesh_double_to_float(lightmesh_double_round(
+        0u, 9, uvec2(digits.z << 16 | digits.w | (rest != 0u ? 1u : 0u), digits.x << 16 | digits.y)));
+}
+
+// S of the asked lights of a tile; 0 for others. What is not known is marked, and why is added to `at.lacks`.
+void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, out LightMeshCacheTile shares) {
+    shares.is_float = false;
+    shares.unknown = uvec2(0u);
+    for (int k = 0; k < 16; ++k)
+        shares.values[k] = uvec4(0u);
+    uint count = lightmesh_cache_tile_size(tile);
+    asked.x &= count < 32u ? (1u << count) - 1u : ~0u;
+    asked.y &= count < 64u ? (count > 32u ? (1u << (count - 32u)) - 1u : 0u) : ~0u;
+    if ((at.lacks & lightmesh_cache_lacks_place) != 0u) {
+        shares.unknown = asked;
+        return;
+    }
+    uvec4 reaching = lightmesh_cache_reaching(tile, asked, at);
+    uvec2 lights = reaching.xy, smooth_lights = reaching.zw;
+    if ((lights.x | lights.y | smooth_lights.x | smooth_lights.y) == 0u)
+        return;
+    // Rays from the point itself: without a normal, or below the facet but not below the smooth surface.
+    uvec2 by_rays = at.way_count == 0 ? lights : smooth_lights & ~lights;
+    if ((by_rays.x | by_rays.y) != 0u)
+        at.lacks |= lightmesh_cache_lacks_rays;
+    // Of several ways the sum, of which the upper words stand in `shares` until it is whole.
+    uint words = (count + 3u) / 4u;
+    shares.is_float = at.way_count > 1;
+    uvec4 low[16];
+    for (int turn = 0; turn < at.way_count; ++turn) {
+        shares.unknown |= lightmesh_cache_find_along(at, turn, tile, lights, smooth_lights);
+        for (uint k = 0u; k < words; ++k) {
+            uvec4 found = lightmesh_cache_found[k], high = uvec4(0u);
+            if (shares.is_float) {
+                umulExtended(found, uvec4(uint(at.way_weights[turn])), high, found);
+                if (turn > 0) {
+                    found += low[k];
+                    high += shares.values[k] + uvec4(lessThan(found, low[k]));
+                }
+                low[k] = found;
+                found = high;
+            }
+            shares.values[k] = found;
+        }
+    }
+    for (uint k = 0u; k < words && shares.is_float; ++k) {
+        uvec4 lower = low[k], upper = shares.values[k];
+        for (int l = 0; l < 4; ++l)
+            upper[l] = floatBitsToUint(lightmesh_cache_share_of_sum(lower[l], upper[l]));
+        shares.values[k] = upper;
+    }
+    shares.unknown |= by_rays;
+}
+
+#endif

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "gpu/compute.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+/// These tests need a Vulkan driver (Mesa's lavapipe will do) and the validation layers, and fail without
+/// them.
+
+namespace {
+
+constexpr std::uint32_t multiply[] = {
+#include "shaders/multiply.comp.inc"
+};
+
+std::string message_of(const auto& act) {
+    try {
+        act();
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return "nothing was thrown";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("compute: kernels see the buffers, the push constants and what those before them wrote") {
+    std::vector<std::string> messages;
+    const demo::ComputeDevice device({.validate = true, .on_message = [&](const std::string& text) {
+                                          messages.push_back(text);
+                                      }});
+    std::vector<std::uint32_t> values(1000);
+    for (std::uint32_t i = 0; i < values.size(); ++i)
+        values[i] = i;
+    const std::array<std::uint32_t, 4> factors{1, 2, 3, 5};
+    const demo::ComputeBuffer seen(device, std::as_bytes(std::span(values)));
+    const demo::ComputeBuffer uniform(device, std::as_bytes(std::span(factors)));
+    const std::array bindings{
+        demo::ComputeBinding{.set = 0, .binding = 1, .buffer = seen},
+        demo::ComputeBinding{.set = 1, .binding = 0, .buffer = uniform, .is_uniform = true}};
+    const demo::ComputeKernel kernel(device, multiply, bindings, 4);
+    const std::array<std::uint32_t, 2> added{7, 11};
+    const auto bytes = std::as_bytes(std::span(added));
+    CHECK(device.run([&](const demo::ComputeCommands& commands) {
+        commands.dispatch(kernel, 16, 1, 1, bytes.first(4));
+        commands.dispatch(kernel, 16, 1, 1, bytes.last(4));
+    }) >= 0.0);
+    const auto expected = [&](std::uint32_t i, std::uint32_t value) {
+        return factors[i % 4] * (factors[i % 4] * value + 7) + 11;
+    };
+    const auto found = seen.read_all<std::uint32_t>();
+    for (std::uint32_t i = 0; i < values.size(); ++i)
+        values[i] = expected(i, values[i]);
+    CHECK(found == values);
+
+    SUBCASE("a part is overwritten, and read") {
+        seen.write(40, bytes);
+        std::array<std::uint32_t, 4> part{};
+        seen.read(36, std::as_writable_bytes(std::span(part)));
+        CHECK(part == std::array<std::uint32_t, 4>{found[9], 7, 11, found[12]});
+        CHECK_THROWS_AS(seen.write(3996, bytes), std::out_of_range);
+        CHECK_THROWS_AS(seen.read(std::numeric_limits<std::size_t>::max(), std::span<std::byte>()),
+                        std::out_of_range);
+    }
+    SUBCASE("another buffer takes the place of one; it begins with zeros") {
+        const demo::ComputeBuffer other(device, 12);
+        kernel.bind({.set = 0, .binding = 1, .buffer = other});
+        device.run([&](const demo::ComputeCommands& commands) {
+            commands.dispatch(kernel, 1, 1, 1, bytes.first(4));
+        });
+        CHECK(other.read_all<std::uint32_t>() == std::vector<std::uint32_t>{7, 7, 7});
+        CHECK(seen.read_all<std::uint32_t>() == found);
+        CHECK_THROWS_AS(kernel.bind({.set = 0, .binding = 5, .buffer = other}), std::out_of_range);
+    }
+    SUBCASE("words are filled, and workgroups counted by the device") {
+        const std::array<std::uint32_t, 3> counts{1, 1, 1};
+        const demo::ComputeBuffer groups(device, std::as_bytes(std::span(counts)));
+        device.run([&](const demo::ComputeCommands& commands) {
+            commands.fill(seen, 8, 8, 100);
+            commands.dispatch_indirect(kernel, groups, 0, bytes.first(4));
+        });
+        const auto after = seen.read_all<std::uint32_t>();
+        CHECK(after[1] == 2 * found[1] + 7);
+        CHECK(after[2] == 307);
+        CHECK(after[3] == 507);
+        CHECK(after[63] == 5 * found[63] + 7);
+        CHECK(after[64] == found[64]);
+    }
+    CHECK(messages.empty());
+}
+
+TEST_CASE("compute: what a device cannot do is said in one sentence that names it") {
+    const demo::ComputeDevice device;
+    CHECK(!device.name().empty());
+    CHECK(!device.driver().empty());
+    const auto names_device = [&](const std::string& text) {
+        CAPTURE(text);
+        return contains(text, "Vulkan: ") && contains(text, device.name());
+    };
+    const std::string too_large =
+        message_of([&] { demo::ComputeBuffer(device, device.largest_buffer() + 4); });
+    CHECK(names_device(too_large));
+    CHECK(contains(too_large, std::to_string(device.largest_buffer() + 4)));
+
+    const demo::ComputeBuffer buffer(device, 16);
+    const std::array bindings{
+        demo::ComputeBinding{.set = 0, .binding = 1, .buffer = buffer},
+        demo::ComputeBinding{.set = 1, .binding = 0, .buffer = buffer, .is_uniform = true}};
+    const demo::ComputeKernel kernel(device, multiply, bindings, 4);
+    CHECK(names_device(message_of([&] {
+        device.run([&](const demo::ComputeCommands& commands) { commands.dispatch(kernel, 1, 0xffffffffu); });
+    })));
+    CHECK(names_device(message_of([&] { demo::ComputeKernel(device, multiply, bindings, 1 << 20); })));
+    const std::vector<demo::ComputeBinding> many(
+        std::size_t{1} << 21, demo::ComputeBinding{.set = 0, .binding = 0, .buffer = buffer});
+    CHECK(names_device(message_of([&] { demo::ComputeKernel(device, multiply, many); })));
+    const std::string no_device = message_of([] { demo::ComputeDevice({.device = "no such device"}); });
+    CHECK(contains(no_device, "no such device"));
+    CHECK(contains(no_device, device.name()));
+}

@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: MIT
+#include "gpu/compute.hpp"
+#include "gpu/gpu_rays.hpp"
+#include "gpu/gpu_renderer.hpp"
+#include "gpu/gpu_scene.hpp"
+#include "gpu/wide_bvh.hpp"
+#include "image/image.hpp"
+#include "random_scene.hpp"
+#include "render/embree_scene.hpp"
+#include "render/renderer.hpp"
+#include "render/visibility.hpp"
+#include "run_command.hpp"
+#include "scene/light_rig.hpp"
+#include "scene/scene.hpp"
+#include "temporary_folder.hpp"
+
+#include <doctest/doctest.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+/// These tests need a Vulkan driver: Mesa's lavapipe will do.
+
+namespace {
+
+using lightmesh::Segment;
+
+demo::RenderOptions small_picture() {
+    demo::RenderOptions options;
+    options.width = 160;
+    options.height = 120;
+    return options;
+}
+
+/// The share of pixels that differ by more than one step of 8 bits in some channel.
+double share_of_other_pixels(const demo::Image& a, const demo::Image& b) {
+    REQUIRE(a.pixels.size() == b.pixels.size());
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        for (int channel = 0; channel < 3; ++channel) {
+            const float difference =
+                demo::to_srgb(a.pixels[i][channel]) - demo::to_srgb(b.pixels[i][channel]);
+            // The negation counts NaN.
+            if (!(std::abs(std::round(255.0f * difference)) <= 1.0f)) {
+                ++others;
+                break;
+            }
+        }
+    return static_cast<double>(others) / static_cast<double>(a.pixels.size());
+}
+
+/// Whether shaders' and the CPU's picture of a scene are one to the eye, and not black.
+void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& scene,
+                        const std::string& algorithm, const demo::RenderOptions& options) {
+    CAPTURE(scene.name);
+    CAPTURE(algorithm);
+    const demo::EmbreeScene embree(scene);
+    demo::VisibilityOptions visibility;
+    visibility.settings.radius = scene.radius;
+    visibility.settings.quality = scene.quality;
+    visibility.area_samples = 4;
+    const auto shadows = demo::make_visibility(algorithm, embree, visibility);
+    demo::RenderStatistics of_cpu;
+    const demo::Image expected = demo::render(embree, *shadows, options, of_cpu);
+    demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+    demo::RenderStatistics of_gpu;
+    const demo::GpuPicture found = renderer.render(of_gpu);
+    const double others = share_of_other_pixels(expected, found.linear);
+    MESSAGE(scene.name << ", " << algorithm << ": " << 100.0 * others << " % other pixels");
+    CHECK(others <= 0.001);
+    CHECK(share_of_other_pixels(demo::toned(expected, options.tone), found.toned) <= 0.001);
+    CHECK(share_of_other_pixels(demo::Image(options.width, options.height), found.linear) > 0.1);
+    CHECK(of_gpu.primary_rays == of_cpu.primary_rays);
+    const auto close = [](std::uint64_t a, std::uint64_t b) {
+        return std::abs(static_cast<double>(a) - static_cast<double>(b)) <= 1e-3 * static_cast<double>(a);
+    };
+    CHECK(close(of_cpu.shading_points, of_gpu.shading_points));
+    CHECK(close(of_cpu.secondary_rays, of_gpu.secondary_rays));
+}
+
+/// Half of them across the whole scene, half of them short ones.
+std::vector<Segment> random_segments(const demo::Scene& scene, std::size_t count) {
+    const demo::Bounds box = demo::bounds_of(scene);
+    test::Random random(7);
+    std::vector<Segment> segments;
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::vec3 origin(random.in_box(test::Vec(box.low), test::Vec(box.high)));
+        const glm::vec3 target(random.in_box(test::Vec(box.low), test::Vec(box.high)));
+        segments.push_back({origin, i % 2 == 0 ? target : origin + 0.05f * (target - origin)});
+    }
+    return segments;
+}
+
+/// Shares of random rays of which shaders and Embree say another thing.
+struct OtherRays {
+    double closest = 0.0;
+    double shares = 0.0;
+    double hits = 0.0;  ///< of all, for comparison
+};
+
+OtherRays other_rays(const demo::ComputeDevice& device, const demo::Scene& scene, std::size_t count) {
+    const demo::EmbreeScene embree(scene);
+    const demo::GpuScene copy(device, embree);
+    demo::GpuRays rays(device, copy);
+    const std::vector<Segment> segments = random_segments(scene, count);
+    const auto closest = rays.closest(segments);
+    const auto shares = rays.let_through(segments);
+    std::vector<std::uint8_t> is_hit(count);
+    std::vector<float> expected(count);
+    embree.intersector().let_through(segments, is_hit, expected);
+    OtherRays other;
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::vec3 way = segments[i].target - segments[i].origin;
+        const auto hit = embree.trace(segments[i].origin, way, 1.0f);
+        other.hits += hit ? 1.0 : 0.0;
+        const float rounding = 1e-4f * glm::length(way) + embree.offset();
+        if (hit.has_value() != (closest[i].triangle != ~0u))
+            other.closest += 1.0;
+        else if (hit && glm::distance(hit->position, segments[i].origin + closest[i].t * way) > rounding)
+            other.closest += 1.0;
+        if (std::abs(shares[i] - expected[i]) > 1e-3f)
+            other.shares += 1.0;
+    }
+    const auto all = static_cast<double>(count);
+    return {other.closest / all, other.shares / all, other.hits / all};
+}
+
+// ---- the tree, read as wide_bvh.hpp says
+
+struct Read {
+    const demo::WideBvh& bvh;
+    std::vector<int> seen;
+    int outside = 0;
+
+    std::uint32_t byte(std::size_t node, std::size_t word, std::size_t slot) const {
+        return bvh.nodes[node * demo::WideBvh::words_of_node + word + slot / 4] >> 8 * (slot % 4) & 255u;
+    }
+
+    void triangle(std::size_t number, const glm::vec3& low, const glm::vec3& high) {
+        const std::uint32_t* words = &bvh.triangles[number * demo::WideBvh::words_of_triangle];
+        ++seen[words[3]];
+        for (int corner = 0; corner < 3; ++corner)
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto place = std::bit_cast<float>(words[4 * corner + axis]);
+                if (!(place >= low[axis] && place <= high[axis]))
+                    ++outside;
+            }
+    }
+
+    void node(std::size_t number, const glm::vec3& above_low, const glm::vec3& above_high) {
+        const std::uint32_t* words = &bvh.nodes[number * demo::WideBvh::words_of_node];
+        std::uint32_t next_node = words[4];
+        for (std::size_t slot = 0; slot < 8; ++slot) {
+            const std::uint32_t kind = byte(number, 6, slot);
+            if (kind == 0)
+                continue;
+            glm::vec3 low;
+            glm::vec3 high;
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto corner = std::bit_cast<float>(words[axis]);
+                const float step = std::ldexp(1.0f, static_cast<int>(words[3] >> 8 * axis & 255u) - 127);
+                const auto pair = 2 * static_cast<std::size_t>(axis);
+                low[axis] = corner + step * static_cast<float>(byte(number, 8 + pair, slot));
+                high[axis] = corner + step * static_cast<float>(byte(number, 14 + pair, slot));
+            }
+            low = glm::max(low, above_low);
+            high = glm::min(high, above_high);
+            if ((words[3] >> 24 >> slot & 1) != 0) {
+                CHECK(kind == (1u << 5 | (24 + slot)));
+                node(next_node++, low, high);
+                continue;
+            }
+            for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(std::popcount(kind >> 5)); ++i)
+                triangle(words[5] + (kind & 31u) + i, low, high);
+        }
+    }
+};
+
+}  // namespace
+
+TEST_CASE("gpu frame: each triangle lies once in the wide BVH, and within all boxes above it") {
+    for (const demo::Scene& scene : {demo::make_spheres(), demo::make_rooms()}) {
+        const demo::WideBvh bvh = demo::build_wide_bvh(scene);
+        Read read{bvh, std::vector<int>(scene.triangles.size()), 0};
+        read.node(0, glm::vec3(-INFINITY), glm::vec3(INFINITY));
+        CHECK(read.outside == 0);
+        CHECK(std::ranges::all_of(read.seen, [](int times) { return times == 1; }));
+        CHECK(bvh.depth <= 16);
+    }
+}
+
+TEST_CASE("gpu frame: random rays meet what they meet in Embree") {
+    const demo::ComputeDevice device;
+    std::vector<demo::Scene> scenes{demo::make_spheres(), demo::make_rooms(), demo::make_park()};
+    scenes.push_back(demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"));
+    scenes.push_back(demo::make_spheres());
+    for (glm::vec3& position : scenes.back().positions)
+        position += glm::vec3(10000.0f, -7000.0f, 3000.0f);
+    for (const demo::Scene& scene : scenes) {
+        const OtherRays other = other_rays(device, scene, 20000);
+        MESSAGE(scene.name << ": " << 100.0 * other.closest << " % other surfaces, " << 100.0 * other.shares
+                           << " % other shares of light, of " << 100.0 * other.hits << " % that hit");
+        CHECK(other.closest <= 2e-4);
+        CHECK(other.shares <= 2e-4);
+        CHECK(other.hits > 0.004);
+    }
+}
+
+TEST_CASE("gpu frame: one triangle, and rays along the axes") {
+    demo::Scene scene = demo::make_spheres();
+    scene.positions = {{0.0f, 0.0f, 1.0f}, {4.0f, 0.0f, 1.0f}, {0.0f, 4.0f, 1.0f}};
+    scene.normals.clear();
+    scene.triangles = {{{0, 1, 2}, 0}};
+    const demo::ComputeDevice device;
+    const demo::EmbreeScene embree(scene);
+    const demo::GpuScene copy(device, embree);
+    demo::GpuRays rays(device, copy);
+    const std::vector<Segment> segments{{{1.0f, 1.0f, 0.0f}, {1.0f, 1.0f, 2.0f}},
+                                        {{1.0f, 1.0f, 2.0f}, {1.0f, 1.0f, 0.0f}},
+                                        {{3.0f, 3.0f, 0.0f}, {3.0f, 3.0f, 2.0f}},
+                                        {{1.0f, 1.0f, 0.0f}, {1.0f, 1.0f, 0.9f}},
+                                        {{-1.0f, 1.0f, 0.5f}, {5.0f, 1.0f, 0.5f}}};
+    const auto closest = rays.closest(segments);
+    const std::vector<float> shares = rays.let_through(segments);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+        CHECK(closest[i].triangle == (i < 2 ? 0u : ~0u));
+        CHECK(shares[i] == (i < 2 ? 0.0f : 1.0f));
+    }
+    CHECK(closest[0].t == doctest::Approx(0.5));
+    CHECK(closest[0].u == doctest::Approx(0.25));
+    CHECK(closest[0].v == doctest::Approx(0.25));
+}
+
+TEST_CASE("gpu frame: pictures of the built-in scenes are those of the CPU") {
+    const demo::ComputeDevice device;
+    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
+        check_same_picture(device, scene, "whitted", small_picture());
+}
+
+TEST_CASE("gpu frame: textures, masks, glass, mirrors, colours of vertices and lights of all kinds") {
+    const demo::ComputeDevice device;
+    for (const char* file : {"bulb-pane-mask/pane.gltf", "bulb-pane-mask/bulb-glass.gltf",
+                             "emissive-texture/emissive-texture.gltf", "vertex-colours/vertex-colours.gltf",
+                             "exposure/spot.gltf", "range-and-cone/L-cone0.gltf"}) {
+        demo::Scene scene = demo::import_scene(std::string(LIGHTMESH_FIELD "/") + file);
+        scene.name = file;
+        check_same_picture(device, scene, "whitted", small_picture());
+    }
+}
+
+TEST_CASE("gpu frame: lamps with sizes, several rays a pixel, the filmic curve, an orthographic view") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 80;
+    options.height = 60;
+    options.samples = 3;
+    options.tone = demo::Tone::filmic;
+    demo::Scene scene = demo::make_spheres();
+    scene.lights.resize(2);
+    scene.lights.push_back({.shape = lightmesh::RectLight{.position = {1.0f, -1.0f, 6.0f},
+                                                          .half_u = {0.0f, 0.7f, 0.0f},
+                                                          .half_v = {0.9f, 0.0f, 0.1f}},
+                            .intensity = glm::vec3(20.0f),
+                            .fall_off = demo::FallOff::lamps});
+    scene.lights.push_back(
+        {.shape = lightmesh::DirectionalLight{{0.3f, 0.4f, -1.0f}}, .intensity = glm::vec3(0.5f)});
+    check_same_picture(device, scene, "area", options);
+    scene.camera.orthographic_height = 6.0f;
+    scene.camera.z_near = 0.5f;
+    check_same_picture(device, scene, "whitted", options);
+}
+
+TEST_CASE("gpu frame: light meshes on all levels, and caches, that the host fills as shaders ask") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 80;
+    options.height = 60;
+    check_same_picture(device, demo::make_rooms(), "linked", options);
+    check_same_picture(device, demo::make_rooms(), "express", options);
+    check_same_picture(device, demo::make_rooms(), "cache", options);
+    check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked",
+                       options);
+    options.width = 48;
+    options.height = 36;
+    check_same_picture(device, demo::make_park(), "linked", options);
+}
+
+TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh and a cache") {
+    std::vector<std::string> messages;
+    const demo::ComputeDevice device({.validate = true, .on_message = [&](const std::string& text) {
+                                          messages.push_back(text);
+                                      }});
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    demo::RenderOptions options;
+    options.width = 16;
+    options.height = 12;
+    demo::VisibilityOptions visibility;
+    visibility.settings.radius = scene.radius;
+    visibility.settings.quality = 4.0f;
+    for (const char* algorithm : {"whitted", "express", "cache"}) {
+        demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+        demo::RenderStatistics statistics;
+        renderer.render(statistics);
+        CHECK(statistics.finished);
+        CHECK(renderer.mesh().has_value() == (std::string(algorithm) == "express"));
+        CHECK(renderer.cache().has_value() == (std::string(algorithm) == "cache"));
+    }
+    for (const std::string& message : messages)
+        FAIL_CHECK(message);
+}
+
+TEST_CASE("gpu frame: what shaders do not know is refused by its name, and a cancelled picture ends") {
+    const demo::ComputeDevice device;
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    const auto message_of = [&](const std::string& algorithm, const demo::VisibilityOptions& visibility,
+                                const demo::RenderOptions& options) -> std::string {
+        try {
+            demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "nothing was thrown";
+    };
+    for (const char* algorithm : {"blur-cache", "lmm", "linked+map", "express+volume", "shadow-map"})
+        CHECK(message_of(algorithm, {}, small_picture()) ==
+              "--on gpu does not know --algorithm " + std::string(algorithm) +
+                  "; it knows cache, whitted, area, linked, express");
+    demo::RenderOptions options = small_picture();
+    options.ambient_rays = 4;
+    CHECK(message_of("whitted", {}, options) == "--on gpu does not know ambient rays");
+    options = small_picture();
+    options.width = 0;
+    CHECK(message_of("whitted", {}, options).find("0 x 120") != std::string::npos);
+
+    demo::GpuRenderer renderer(device, "whitted", embree, {}, small_picture());
+    demo::RenderStatistics statistics;
+    const std::atomic<bool> cancel = true;
+    renderer.render(statistics, {}, &cancel);
+    CHECK_FALSE(statistics.finished);
+}
+
+TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's picture, errors") {
+    const test::TemporaryFolder folder;
+    const auto render = [&](const std::string& arguments) {
+        return test::run(folder, LIGHTMESH_RENDER " picture spheres --width 64 --height 48 " + arguments);
+    };
+    const auto file = [&](const char* name) {
+        return (folder / name).string();
+    };
+    const test::Finished on_gpu = render("-a whitted --on gpu --tone filmic -o " + file("gpu.png"));
+    REQUIRE_MESSAGE(on_gpu.status == 0, on_gpu.errors);
+    for (const char* row : {"device", "in shaders", "shadow rays", "surface points"})
+        CHECK_MESSAGE(on_gpu.output.find(row) != std::string::npos, row);
+    REQUIRE(render("-a whitted --on cpu --tone filmic -o " + file("cpu.png")).status == 0);
+    CHECK(share_of_other_pixels(demo::read_png(folder / "gpu.png"), demo::read_png(folder / "cpu.png")) <=
+          0.001);
+
+    const auto check_refused = [&](const std::string& arguments, const std::string& part) {
+        const test::Finished ran = render("--on gpu -o " + file("none.png") + " " + arguments);
+        CHECK(ran.status != 0);
+        CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
+        CHECK(ran.errors.starts_with("lightmesh-render: "));
+    };
+    check_refused("-a lmm",
+                  "--on gpu does not know --algorithm lmm; it knows cache, whitted, area, linked, express");
+    check_refused("-a linked --save-mesh " + file("mesh"), "--on gpu does not know --save-mesh");
+    check_refused("-a whitted --device none-such", "no device \"none-such\"");
+    CHECK_FALSE(std::filesystem::exists(folder / "none.png"));
+}
