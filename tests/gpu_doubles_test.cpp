@@ -2,11 +2,10 @@
 // The shaders' doubles, compiled as C++, against those of the processor.
 
 #include <doctest/doctest.h>
-
+#include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/integer.hpp>
 #include <glm/vec2.hpp>
-#include <glm/common.hpp>
 
 #include <bit>
 #include <cmath>

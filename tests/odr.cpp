@@ -5,6 +5,7 @@
 
 #include "blank_adapters.hpp"
 
+#include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/lightmesh.hpp>
 #include <lightmesh/tune.hpp>

@@ -35,7 +35,7 @@ namespace lightmesh {
 
 /// A point for which a shader did not know S of all lights, and asked.
 struct CacheRequest {
-    SurfacePoint point;
+    SurfacePoint point;    ///< as the shader was given it
     std::uint32_t id = 0;  ///< what the shader gave with it
     /// Whether the snapshot lacks records or values: `VisibilityCache::fill` finds them.
     bool lacks_values = false;
@@ -53,7 +53,9 @@ struct CacheRequest {
 ///     upload
 class CacheUpload {
 public:
+    /// Number of `buffers`.
     static constexpr std::uint32_t buffer_count = 2;
+    /// Of the request buffer, counted from LIGHTMESH_CACHE_BINDING.
     static constexpr std::uint32_t requests_binding = 2;
 
     /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh,
