@@ -27,6 +27,8 @@
 #include <utility>
 #include <vector>
 
+namespace gpu_cache_test {
+
 /// These tests need a Vulkan driver (Mesa's lavapipe will do) and the validation layers, and fail without
 /// them.
 
@@ -408,3 +410,5 @@ TEST_CASE("request buffers that are too small say so, and snapshots that are bro
     CHECK_THROWS_AS(lightmesh::CacheUpload::request_count(std::span(room).first(8)), std::invalid_argument);
     CHECK(gpu.messages.empty());
 }
+
+}  // namespace gpu_cache_test

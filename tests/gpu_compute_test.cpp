@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+namespace gpu_compute_test {
+
 /// These tests need a Vulkan driver (Mesa's lavapipe will do) and the validation layers, and fail without
 /// them.
 
@@ -130,3 +132,5 @@ TEST_CASE("compute: what a device cannot do is said in one sentence that names i
     CHECK(contains(no_device, "no such device"));
     CHECK(contains(no_device, device.name()));
 }
+
+}  // namespace gpu_compute_test

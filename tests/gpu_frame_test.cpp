@@ -29,6 +29,8 @@
 #include <string>
 #include <vector>
 
+namespace gpu_frame_test {
+
 /// These tests need a Vulkan driver: Mesa's lavapipe will do.
 
 namespace {
@@ -379,3 +381,5 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
     check_refused("-a whitted --device none-such", "no device \"none-such\"");
     CHECK_FALSE(std::filesystem::exists(folder / "none.png"));
 }
+
+}  // namespace gpu_frame_test

@@ -26,6 +26,8 @@
 #include <string>
 #include <vector>
 
+namespace gpu_mesh_test {
+
 /// These tests need a Vulkan driver (Mesa's lavapipe will do) and the validation layers, and fail without
 /// them.
 
@@ -443,3 +445,5 @@ TEST_CASE("gpu requests: bytes that are none are refused") {
 TEST_CASE("gpu: the validation layer had nothing to say") {
     CHECK(messages().empty());
 }
+
+}  // namespace gpu_mesh_test
