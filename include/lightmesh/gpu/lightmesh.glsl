@@ -566,7 +566,7 @@ struct LightMeshPoint {
     vec3 unit;
     vec3 end;      // the surface end of segments
     uint missing;  // why all of it is; 0: it is not
-    int m;         // number of light points that are averaged; 0: shadow rays decide
+    int m;         // number of light points that are averaged; 0: shadow rays decide; -1: not counted yet
     bool is_requested;
     bool is_linked;  // only what floods reach is averaged
     uint uniform_brick;  // a brick like all others for the lights that reach P; lightmesh_no_brick: they differ
@@ -900,7 +900,7 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
     }
     if (!is_lit)
         return;
-    int size = lightmesh_count_points(p).x;
+    int size = -1;  // of the hemisphere; counted where it is needed
     int linked = 0;
     p.is_linked = true;
 
@@ -939,17 +939,19 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
             seed = low + ivec3(best & 1, best >> 1 & 1, best >> 2);
             if (!lightmesh_in_hemisphere(p.hemisphere, seed))
                 continue;
-        } else if (far_seeds < 12 && 4 * linked < size) {
+        } else {
+            if (size < 0)
+                size = lightmesh_count_points(p).x;
+            if (far_seeds == 12 || 4 * linked >= size)
+                break;
             seed = lightmesh_point_at(p, (2 * far_seeds + 1) * size / 24);
             ++far_seeds;
-        } else {
-            break;
         }
         if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(seed)))
             continue;
         if (is_uniform) {
             p.uniform_brick = lightmesh_find_brick(seed >> 2);
-            p.m = size;
+            p.m = 1;  // as good as all of them
             return;
         }
         uint flood = lightmesh_find_flood(seed);
@@ -958,7 +960,9 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
             return;
         }
         p.floods.at[p.floods.count++] = flood;
-        linked = lightmesh_count_points(p).y;
+        ivec2 counts = lightmesh_count_points(p);
+        size = counts.x;
+        linked = counts.y;
         if (3 * linked >= 2 * size)
             break;
     }
@@ -998,7 +1002,7 @@ LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
         return p;
     }
     if (lightmesh.short_test == 0u) {
-        p.m = lightmesh_count_points(p).x;
+        p.m = -1;
         return p;
     }
 #ifdef LIGHTMESH_NO_RAYS
@@ -1111,7 +1115,7 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
         tile.planes[k] = uvec2(0u);
     tile.missing = uvec2(0u);
     tile.why = p.missing;
-    tile.m = max(p.m, 1);
+    tile.m = 1;
     if ((p.missing & lightmesh_outside) != 0u) {
         tile.reaching = tile.missing = uvec2(0xffffffffu);
         return tile;
@@ -1125,42 +1129,26 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
             lightmesh_request(p);
         return tile;
     }
-    if (p.m == 0) {
-#ifdef LIGHTMESH_NO_RAYS
-        tile.why = lightmesh_no_ray;
-        tile.missing = tile.reaching;
-#else
-        for (uint l = 0u; l < 64u; ++l) {
-            uint word = l < 32u ? tile.reaching.x : tile.reaching.y;
-            if ((word >> (l & 31u) & 1u) == 0u ||
-                !lightmesh_is_open(p.end, lightmesh_light_end(lightmesh_light(64u * t + l), p.end)))
-                continue;
-            if (l < 32u)
-                tile.planes[0].x |= 1u << l;
-            else
-                tile.planes[0].y |= 1u << (l - 32u);
-        }
-#endif
-        return tile;
-    }
     if (p.uniform_brick != lightmesh_no_brick) {
         tile.planes[0] = lightmesh_brick_pair(lightmesh_tile_record(p.uniform_brick, t) + 4u);
-        tile.m = 1;
         return tile;
     }
+    int m = 0;
     uint groups = lightmesh_groups_of(tile.reaching);
     uint missing_groups = 0u;
     uvec2 pending = uvec2(0u);
     uint pending_count = 0u;
-    for (int z = 0; z < p.hemisphere.bricks.z; ++z)
-        for (int y = 0; y < p.hemisphere.bricks.y; ++y)
-            for (int x = 0; x < p.hemisphere.bricks.x; ++x) {
+    ivec3 bricks = p.m == 0 ? ivec3(0) : p.hemisphere.bricks;
+    for (int z = 0; z < bricks.z; ++z)
+        for (int y = 0; y < bricks.y; ++y)
+            for (int x = 0; x < bricks.x; ++x) {
                 ivec3 coord = p.hemisphere.first + ivec3(x, y, z);
                 uvec2 mask = lightmesh_brick_mask(p.hemisphere, ivec3(x, y, z));
                 if ((mask.x | mask.y) != 0u && p.is_linked)
                     mask &= lightmesh_reached_by_all(p.floods, coord);
                 if ((mask.x | mask.y) == 0u)
                     continue;
+                m += lightmesh_bits_in(mask);
                 uint brick = lightmesh_find_brick(coord);
                 if (brick == lightmesh_no_brick) {
                     missing_groups = groups;
@@ -1195,6 +1183,26 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
                 }
                 pending_count += uniform_points;
             }
+    p.m = m;
+    if (p.m == 0) {
+#ifdef LIGHTMESH_NO_RAYS
+        tile.why = lightmesh_no_ray;
+        tile.missing = tile.reaching;
+#else
+        for (uint l = 0u; l < 64u; ++l) {
+            uint word = l < 32u ? tile.reaching.x : tile.reaching.y;
+            if ((word >> (l & 31u) & 1u) == 0u ||
+                !lightmesh_is_open(p.end, lightmesh_light_end(lightmesh_light(64u * t + l), p.end)))
+                continue;
+            if (l < 32u)
+                tile.planes[0].x |= 1u << l;
+            else
+                tile.planes[0].y |= 1u << (l - 32u);
+        }
+#endif
+        return tile;
+    }
+    tile.m = m;
     lightmesh_add(tile, pending, pending_count);
     tile.missing = lightmesh_lights_of(missing_groups) & tile.reaching;
     if (missing_groups != 0u) {
