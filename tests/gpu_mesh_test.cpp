@@ -187,6 +187,17 @@ TEST_CASE("gpu mesh: at the very edge of ranges, cones and horizons the CPU's do
         world.points.push_back({.position = {1e-4f * std::cos(angle), 1e-4f * std::sin(angle), 0.0f},
                                 .normal = {0.0f, 0.0f, 9e20f}});
     }
+    // On the horizon of the first light, and at the end of the second one's range, as near as floats come.
+    test::Random random(5);
+    for (int i = 0; i < 150; ++i) {
+        const test::Vec n = random.direction();
+        const test::Vec along = glm::normalize(glm::cross(n, random.direction()));
+        world.points.push_back(
+            {.position = glm::vec3(test::Vec(0.0, 0.0, 1.0) + random.uniform(0.5, 3.0) * along),
+             .normal = glm::vec3(n)});
+        world.points.push_back(
+            {.position = glm::vec3(test::Vec(3.0, 4.0, 0.0) + 5.0 * n), .normal = glm::vec3(-n)});
+    }
     check_equal(world);
 }
 

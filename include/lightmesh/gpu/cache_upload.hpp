@@ -49,8 +49,8 @@ struct CacheRequest {
 ///     CacheUpload upload{view};                                      // a SnapshotView of a cache
 ///     for (const UploadBuffer& buffer : upload.buffers())  ...       // create and bind them
 ///     ... and a request buffer, CacheUpload::empty_requests(1000), as requests_binding. After a run:
-///     for (const CacheRequest& request : CacheUpload::requests(bytes))  ...      // fill, take a snapshot,
-///     upload
+///     for (const CacheRequest& request : CacheUpload::requests(bytes))  ...
+/// and those are what to fill the cache with, before the next snapshot.
 class CacheUpload {
 public:
     /// Number of `buffers`.

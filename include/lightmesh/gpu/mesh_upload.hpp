@@ -38,6 +38,9 @@ namespace lightmesh {
 ///     for (const UploadBuffer& buffer : upload.buffers())  ...                    // create and bind them
 ///     ... later: for (const UploadRange& range : upload.update(SnapshotView(newer)))  ...    // write these
 ///
+/// Snapshots keep lights in the order of a new mesh, in groups of eight: after updates call `compact` before
+/// `fill`, or what is missing here may be known there.
+///
 /// What a shader needs beside them is a request buffer, `requests_binding`, made by `empty_requests`.
 class MeshUpload {
 public:
