@@ -95,6 +95,8 @@ layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 5) buffer Ligh
     uint words[];  // slots, then records
 } lightmesh_requests;
 
+#include "doubles.glsl"
+
 // ---- floats that round as the CPU's do, where GLSL allows a division or a root some error
 
 // a * b as the sum of two floats. Dekker 1971, "A Floating-Point Technique for Extending the Available
@@ -156,191 +158,7 @@ bool lightmesh_is_finite(vec3 v) {
     return all(notEqual(exponents, uvec3(0x7f800000u)));
 }
 
-// ---- doubles: sums, products and quotients with the rounding of IEEE 754, in integers
-
-// (high : low) * 2^exponent; the highest bit of `high` is set, but for 0.
-struct LightMeshDouble {
-    bool is_negative;
-    int exponent;
-    uint high;
-    uint low;
-};
-
-LightMeshDouble lightmesh_stored(uvec2 words) {
-    uint exponent = words.y >> 20 & 0x7ffu;
-    if (exponent == 0u)
-        return LightMeshDouble(false, 0, 0u, 0u);
-    uint mantissa = (words.y & 0xfffffu) | 0x100000u;
-    return LightMeshDouble(words.y >> 31 != 0u, int(exponent) - 1086, mantissa << 11 | words.x >> 21,
-                           words.x << 11);
-}
-
-LightMeshDouble lightmesh_from_float(float value) {
-    uint bits = floatBitsToUint(value);
-    uint exponent = bits >> 23 & 0xffu;
-    uint mantissa = bits & 0x7fffffu;
-    if (exponent == 0u)
-        return LightMeshDouble(false, 0, 0u, 0u);
-    return LightMeshDouble(bits >> 31 != 0u, int(exponent) - 190, (mantissa | 0x800000u) << 8, 0u);
-}
-
-LightMeshDouble lightmesh_from_int(int value) {
-    if (value == 0)
-        return LightMeshDouble(false, 0, 0u, 0u);
-    uint magnitude = uint(abs(value));
-    int up = 31 - findMSB(magnitude);
-    return LightMeshDouble(value < 0, -32 - up, magnitude << up, 0u);
-}
-
-// (high : middle : low / 2^32) * 2^exponent to 53 bits; the lowest bit of `low` stands for all below it.
-LightMeshDouble lightmesh_rounded(bool is_negative, int exponent, uint high, uint middle, uint low) {
-    if (high == 0u) {
-        high = middle;
-        middle = low;
-        low = 0u;
-        exponent -= 32;
-        if (high == 0u) {
-            high = middle;
-            middle = 0u;
-            exponent -= 32;
-            if (high == 0u)
-                return LightMeshDouble(false, 0, 0u, 0u);
-        }
-    }
-    int up = 31 - findMSB(high);
-    if (up > 0) {
-        high = high << up | middle >> (32 - up);
-        middle = middle << up | low >> (32 - up);
-        low <<= up;
-        exponent -= up;
-    }
-    uint rest = middle & 0x7ffu;
-    middle &= 0xfffff800u;
-    if (rest > 0x400u || (rest == 0x400u && (low != 0u || (middle & 0x800u) != 0u))) {
-        middle += 0x800u;
-        if (middle == 0u && ++high == 0u) {
-            high = 0x80000000u;
-            ++exponent;
-        }
-    }
-    return LightMeshDouble(is_negative, exponent, high, middle);
-}
-
-LightMeshDouble lightmesh_times(LightMeshDouble a, LightMeshDouble b) {
-    uint p3, p2, p1, p0, c1, c0, d1, d0, carry;
-    umulExtended(a.high, b.high, p3, p2);
-    umulExtended(a.low, b.low, p1, p0);
-    umulExtended(a.high, b.low, c1, c0);
-    umulExtended(a.low, b.high, d1, d0);
-    p1 = uaddCarry(p1, c0, carry);
-    c1 += carry;
-    p1 = uaddCarry(p1, d0, carry);
-    d1 += carry;
-    p2 = uaddCarry(p2, c1, carry);
-    p3 += carry;
-    p2 = uaddCarry(p2, d1, carry);
-    p3 += carry;
-    if (p3 == 0u)
-        return LightMeshDouble(false, 0, 0u, 0u);
-    return lightmesh_rounded(a.is_negative != b.is_negative, a.exponent + b.exponent + 64, p3, p2,
-                             p1 | (p0 != 0u ? 1u : 0u));
-}
-
-LightMeshDouble lightmesh_plus(LightMeshDouble a, LightMeshDouble b) {
-    if (a.high == 0u)
-        return b;
-    if (b.high == 0u)
-        return a;
-    bool swap = b.exponent > a.exponent ||
-                (b.exponent == a.exponent && (b.high > a.high || (b.high == a.high && b.low > a.low)));
-    if (swap) {
-        LightMeshDouble larger = b;
-        b = a;
-        a = larger;
-    }
-    int down = a.exponent - b.exponent;
-    uint bh = b.high, bm = b.low, bl = 0u;
-    if (down >= 96) {
-        bh = bm = 0u;
-        bl = 1u;
-    } else {
-        uint lost = 0u;
-        if (down >= 64) {
-            lost = bm;
-            bl = bh;
-            bh = bm = 0u;
-            down -= 64;
-        } else if (down >= 32) {
-            bl = bm;
-            bm = bh;
-            bh = 0u;
-            down -= 32;
-        }
-        if (down > 0) {
-            lost |= bl << (32 - down);
-            bl = bl >> down | bm << (32 - down);
-            bm = bm >> down | bh << (32 - down);
-            bh >>= down;
-        }
-        bl |= lost != 0u ? 1u : 0u;
-    }
-    uint h, m, l, carry, carry2;
-    if (a.is_negative == b.is_negative) {
-        l = bl;
-        m = uaddCarry(a.low, bm, carry);
-        h = uaddCarry(a.high, bh, carry2);
-        h = uaddCarry(h, carry, carry);
-        if ((carry | carry2) != 0u) {
-            l = l >> 1 | m << 31 | (l & 1u);
-            m = m >> 1 | h << 31;
-            h = h >> 1 | 0x80000000u;
-            ++a.exponent;
-        }
-    } else {
-        l = usubBorrow(0u, bl, carry);
-        m = usubBorrow(a.low, bm, carry2);
-        m = usubBorrow(m, carry, carry);
-        h = a.high - bh - carry - carry2;
-    }
-    return lightmesh_rounded(a.is_negative, a.exponent, h, m, l);
-}
-
-LightMeshDouble lightmesh_negated(LightMeshDouble a) {
-    a.is_negative = a.high != 0u && !a.is_negative;
-    return a;
-}
-
-LightMeshDouble lightmesh_minus(LightMeshDouble a, LightMeshDouble b) {
-    return lightmesh_plus(a, lightmesh_negated(b));
-}
-
-// a / b for a >= 0, b > 0, by long division.
-LightMeshDouble lightmesh_over(LightMeshDouble a, LightMeshDouble b) {
-    if (a.high == 0u)
-        return a;
-    uint rh = a.high, rl = a.low, qh = 0u, ql = 0u;
-    bool over = false;  // the bit of the remainder above `rh`
-    for (int i = 0; i < 64; ++i) {
-        qh = qh << 1 | ql >> 31;
-        ql <<= 1;
-        if (over || rh > b.high || (rh == b.high && rl >= b.low)) {
-            uint borrow;
-            rl = usubBorrow(rl, b.low, borrow);
-            rh = rh - b.high - borrow;
-            ql |= 1u;
-        }
-        over = rh >> 31 != 0u;
-        rh = rh << 1 | rl >> 31;
-        rl <<= 1;
-    }
-    bool is_exact = rh == 0u && rl == 0u && !over;
-    return lightmesh_rounded(false, a.exponent - b.exponent - 63, qh, ql, is_exact ? 0u : 1u);
-}
-
-// a >= b
-bool lightmesh_not_less(LightMeshDouble a, LightMeshDouble b) {
-    return !lightmesh_minus(a, b).is_negative;
-}
+// ---- what the CPU does in double: see doubles.glsl
 
 // A number of magnitude below 2^31 as floor + fraction, the latter in 2^-64; what is below that is cut off.
 struct LightMeshFixed {
@@ -349,18 +167,19 @@ struct LightMeshFixed {
     uint low;
 };
 
-LightMeshFixed lightmesh_fixed(LightMeshDouble a) {
-    int bits = a.exponent + 64;  // of the whole part
-    uint whole = 0u, high = a.high, low = a.low, lost = 0u;
-    if (bits > 0) {
-        whole = high >> (32 - bits);
-        high = high << bits | low >> (32 - bits);
-        low <<= bits;
-    } else if (bits <= -64) {
+LightMeshFixed lightmesh_fixed(uvec2 a) {
+    uvec2 bits = lightmesh_double_bits(a);  // in 2^(exponent - 63)
+    int exponent = lightmesh_double_exponent(a);
+    uint whole = 0u, high = bits.y, low = bits.x, lost = 0u;
+    if (exponent >= 0) {
+        whole = high >> (31 - exponent);
+        high = high << (exponent + 1) | low >> (31 - exponent);
+        low <<= exponent + 1;
+    } else if (exponent < -64) {
         lost = high;
         high = low = 0u;
-    } else if (bits < 0) {
-        int down = -bits;
+    } else if (exponent < -1) {
+        int down = -1 - exponent;
         if (down >= 32) {
             lost = low;
             low = high;
@@ -373,7 +192,7 @@ LightMeshFixed lightmesh_fixed(LightMeshDouble a) {
             high >>= down;
         }
     }
-    if (a.is_negative) {
+    if (lightmesh_double_is_negative(a)) {
         bool has_fraction = (high | low | lost) != 0u;
         // -(whole + f) = -(whole + 1) + (1 - f)
         high = ~high;
@@ -383,23 +202,6 @@ LightMeshFixed lightmesh_fixed(LightMeshDouble a) {
         return LightMeshFixed(-int(whole) - (has_fraction ? 1 : 0), high, low);
     }
     return LightMeshFixed(int(whole), high, low);
-}
-
-float lightmesh_to_float(LightMeshDouble a) {
-    if (a.high == 0u)
-        return 0.0;
-    uint rest = (a.high & 0xffu) << 24 | (a.low != 0u ? 1u : 0u);
-    uint mantissa = a.high >> 8;
-    int exponent = a.exponent + 190;
-    if (rest > 0x80000000u || (rest == 0x80000000u && (mantissa & 1u) != 0u)) {
-        if (++mantissa == 0x1000000u) {
-            mantissa >>= 1;
-            ++exponent;
-        }
-    }
-    if (exponent <= 0)
-        return 0.0;
-    return uintBitsToFloat((a.is_negative ? 0x80000000u : 0u) | uint(exponent) << 23 | (mantissa & 0x7fffffu));
 }
 
 // ---- lights: chi of equation (3), ranges and cones
@@ -431,8 +233,8 @@ vec3 lightmesh_light_vector(uint word) {
         uvec3(lightmesh_lights[word], lightmesh_lights[word + 1u], lightmesh_lights[word + 2u]));
 }
 
-LightMeshDouble lightmesh_light_double(uint word) {
-    return lightmesh_stored(uvec2(lightmesh_lights[word], lightmesh_lights[word + 1u]));
+uvec2 lightmesh_light_double(uint word) {
+    return uvec2(lightmesh_lights[word], lightmesh_lights[word + 1u]);
 }
 
 const uint lightmesh_is_directional = 1u;
@@ -443,37 +245,37 @@ const uint lightmesh_reaches_nothing = 16u;
 const uint lightmesh_has_odd_range = 32u;  // floats can't tell
 
 // The sum of the products of the components, each rounded as doubles are.
-LightMeshDouble lightmesh_dot(vec3 a, vec3 b) {
-    LightMeshDouble sum = LightMeshDouble(false, 0, 0u, 0u);
+uvec2 lightmesh_dot(vec3 a, vec3 b) {
+    uvec2 sum = uvec2(0u);
     for (int axis = 0; axis < 3; ++axis)
-        sum = lightmesh_plus(sum, lightmesh_times(lightmesh_from_float(a[axis]), lightmesh_from_float(b[axis])));
+        sum = lightmesh_double_add(
+            sum, lightmesh_double_multiply(lightmesh_double_of(a[axis]), lightmesh_double_of(b[axis])));
     return sum;
 }
 
 // Whether a light's cone holds the way from the light to a point; exact.
 bool lightmesh_cone_holds(uint light, vec3 way, bool is_wide) {
-    LightMeshDouble zero = LightMeshDouble(false, 0, 0u, 0u);
-    LightMeshDouble along = zero, across = zero;
+    uvec2 along = uvec2(0u), across = uvec2(0u);
     for (int i = 0; i < 3; ++i) {
         int j = i == 2 ? 0 : i + 1, k = i == 0 ? 2 : i - 1;
-        LightMeshDouble axis_j = lightmesh_light_double(light + 7u + 2u * uint(j));
-        LightMeshDouble axis_k = lightmesh_light_double(light + 7u + 2u * uint(k));
-        LightMeshDouble way_j = lightmesh_from_float(way[j]), way_k = lightmesh_from_float(way[k]);
-        LightMeshDouble component =
-            lightmesh_minus(lightmesh_times(axis_j, way_k), lightmesh_times(way_j, axis_k));
-        across = lightmesh_plus(across, lightmesh_times(component, component));
-        along = lightmesh_plus(along, lightmesh_times(lightmesh_light_double(light + 7u + 2u * uint(i)),
-                                                      lightmesh_from_float(way[i])));
+        uvec2 axis_j = lightmesh_light_double(light + 7u + 2u * uint(j));
+        uvec2 axis_k = lightmesh_light_double(light + 7u + 2u * uint(k));
+        uvec2 way_j = lightmesh_double_of(way[j]), way_k = lightmesh_double_of(way[k]);
+        uvec2 component = lightmesh_double_subtract(lightmesh_double_multiply(axis_j, way_k),
+                                                    lightmesh_double_multiply(way_j, axis_k));
+        across = lightmesh_double_add(across, lightmesh_double_multiply(component, component));
+        uvec2 axis_i = lightmesh_light_double(light + 7u + 2u * uint(i));
+        along = lightmesh_double_add(along, lightmesh_double_multiply(axis_i, lightmesh_double_of(way[i])));
     }
-    LightMeshDouble limit = lightmesh_times(
-        lightmesh_times(lightmesh_light_double(light + 13u), along), along);
-    LightMeshDouble left = lightmesh_minus(limit, across);
-    bool is_outside = left.is_negative, is_inside = left.high == 0u || !left.is_negative;
-    return is_wide ? !along.is_negative || is_outside || left.high == 0u : !along.is_negative && is_inside;
+    uvec2 limit = lightmesh_double_multiply(lightmesh_light_double(light + 13u), along);
+    limit = lightmesh_double_multiply(limit, along);
+    uvec2 left = lightmesh_double_subtract(limit, across);
+    bool is_behind = lightmesh_double_is_negative(along), is_outside = lightmesh_double_is_negative(left);
+    return is_wide ? !is_behind || is_outside || left.y == 0u : !is_behind && !is_outside;
 }
 
 float lightmesh_double_as_float(uint word) {
-    return lightmesh_to_float(lightmesh_light_double(word));
+    return lightmesh_double_to_float(lightmesh_light_double(word));
 }
 
 // The same; by floats where they can tell.
@@ -512,7 +314,7 @@ uvec2 lightmesh_reaching(vec3 P, vec3 n, uint tile) {
         float height = dot(n, way);
         if (height < -band || (kind & lightmesh_reaches_nothing) != 0u)
             continue;
-        if (!(height > band) && lightmesh_dot(n, way).is_negative)
+        if (!(height > band) && lightmesh_double_is_negative(lightmesh_dot(n, way)))
             continue;
         if ((kind & lightmesh_has_range) != 0u) {
             float distance = dot(way, way);
@@ -521,7 +323,7 @@ uvec2 lightmesh_reaching(vec3 P, vec3 n, uint tile) {
             if (is_told && distance > 1.00001 * range)
                 continue;
             if (!(is_told && distance < 0.99999 * range) &&
-                !lightmesh_not_less(lightmesh_light_double(light + 4u), lightmesh_dot(way, way)))
+                lightmesh_double_less(lightmesh_light_double(light + 4u), lightmesh_dot(way, way)))
                 continue;
         }
         if ((kind & lightmesh_has_cone) != 0u) {
@@ -626,48 +428,42 @@ int lightmesh_lowest_height(float largest) {
     float fraction = fract(guess);
     if (guess < 65536.0 && fraction > 0.02 && fraction < 0.98)
         return 65536 + int(guess);
-    LightMeshDouble rounding = lightmesh_from_float(largest);
-    rounding.exponent -= rounding.high != 0u ? 22 : 0;
-    rounding = lightmesh_over(rounding, lightmesh_stored(lightmesh.step));
-    rounding.exponent += rounding.high != 0u ? int(lightmesh.fraction_bits) : 0;
-    LightMeshDouble height = lightmesh_plus(lightmesh_from_float(2.0), rounding);
-    height.exponent += 15;
-    return height.exponent + 64 > 31 ? 0x7fffffff : lightmesh_fixed(height).whole;
+    uvec2 rounding = lightmesh_double_of(largest);
+    rounding = lightmesh_double_divide(lightmesh_double_scale(rounding, -22), lightmesh.step);
+    rounding = lightmesh_double_scale(rounding, int(lightmesh.fraction_bits));
+    uvec2 height = lightmesh_double_scale(lightmesh_double_add(lightmesh_double_of(2.0), rounding), 15);
+    return lightmesh_double_exponent(height) >= 31 ? 0x7fffffff : lightmesh_double_floor(height);
 }
 
 // Places in the grid, in steps, as `Grid::locate`.
 struct LightMeshPlace {
-    LightMeshDouble at[3];
+    uvec2 at[3];
 };
 
 const uint lightmesh_no_brick = 0xffffffffu;
 
 // Fills in the hemisphere; false if P lies outside of the grid.
 bool lightmesh_find_hemisphere(inout LightMeshPoint p, out LightMeshPlace place) {
-    LightMeshDouble inverse = lightmesh_stored(lightmesh.inverse_step);
-    LightMeshFixed quality = lightmesh_fixed(lightmesh_from_float(lightmesh.quality));
+    LightMeshFixed quality = lightmesh_fixed(lightmesh_double_of(lightmesh.quality));
     for (int axis = 0; axis < 3; ++axis) {
-        LightMeshDouble at = lightmesh_times(
-            lightmesh_minus(lightmesh_from_float(p.position[axis]), lightmesh_stored(lightmesh.origin[axis])),
-            inverse);
+        uvec2 at = lightmesh_double_multiply(
+            lightmesh_double_subtract(lightmesh_double_of(p.position[axis]), lightmesh.origin[axis]),
+            lightmesh.inverse_step);
         place.at[axis] = at;
-        LightMeshDouble beyond = at;
-        beyond.is_negative = false;
-        if (at.high != 0u && lightmesh_not_less(beyond, lightmesh_from_float(16777152.0)))
+        if (!lightmesh_double_less(lightmesh_double_abs(at), lightmesh_double_of(16777152.0)))
             return false;
         LightMeshFixed fixed_at = lightmesh_fixed(at);
         int low = fixed_at.whole - quality.whole - (fixed_at.high < quality.high ? 1 : 0);
         int high = fixed_at.whole + quality.whole + (fixed_at.high + quality.high < fixed_at.high ? 1 : 0);
         p.hemisphere.first[axis] = low >> 2;
         p.hemisphere.bricks[axis] = (high >> 2) - p.hemisphere.first[axis] + 1;
-        LightMeshFixed from_first = lightmesh_fixed(lightmesh_minus(at, lightmesh_from_int(4 * p.hemisphere.first[axis])));
+        LightMeshFixed from_first = lightmesh_fixed(
+            lightmesh_double_subtract(at, lightmesh_double_of(4 * p.hemisphere.first[axis])));
         uint bits = lightmesh.fraction_bits;
         uint below = from_first.high >> (31u - bits);  // one bit more than is kept
         p.hemisphere.position[axis] = (from_first.whole << bits) + int((below + 1u) >> 1);
         // 2^15 n + 1/2 is exact: n has 24 bits.
-        LightMeshDouble slope = lightmesh_from_float(p.unit[axis]);
-        slope.exponent += slope.high != 0u ? 15 : 0;
-        LightMeshFixed fixed_slope = lightmesh_fixed(slope);
+        LightMeshFixed fixed_slope = lightmesh_fixed(lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), 15));
         p.hemisphere.slope[axis] = fixed_slope.whole + int(fixed_slope.high >> 31);
     }
     p.hemisphere.lowest_height = lightmesh_lowest_height(lightmesh_largest(p.position));
@@ -796,11 +592,10 @@ void lightmesh_request(inout LightMeshPoint p) {
 // ---- the linked short test
 
 vec3 lightmesh_light_point(ivec3 place) {
-    LightMeshDouble step = lightmesh_stored(lightmesh.step);
     vec3 position;
     for (int axis = 0; axis < 3; ++axis)
-        position[axis] = lightmesh_to_float(lightmesh_plus(
-            lightmesh_stored(lightmesh.origin[axis]), lightmesh_times(step, lightmesh_from_int(place[axis]))));
+        position[axis] = lightmesh_double_to_float(lightmesh_double_add(
+            lightmesh.origin[axis], lightmesh_double_multiply(lightmesh.step, lightmesh_double_of(place[axis]))));
     return position;
 }
 
@@ -911,9 +706,8 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
         ++in_front;
     ivec3 low, fraction;
     for (int axis = 0; axis < 3; ++axis) {
-        LightMeshDouble ahead = lightmesh_from_float(p.unit[axis]);
-        ahead.exponent += ahead.high != 0u ? in_front : 0;
-        LightMeshFixed at = lightmesh_fixed(lightmesh_plus(place.at[axis], ahead));
+        uvec2 ahead = lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), in_front);
+        LightMeshFixed at = lightmesh_fixed(lightmesh_double_add(place.at[axis], ahead));
         low[axis] = at.whole;
         bool rounds_to_one = at.high == 0xffffffffu && at.low >= 0xfffffc00u;
         fraction[axis] = rounds_to_one ? 1024 : int(at.high >> 22);
