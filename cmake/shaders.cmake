@@ -16,8 +16,8 @@ function(lightmesh_add_shader target source)
     endif()
     list(TRANSFORM shader_DEFINES PREPEND -D)
     list(TRANSFORM shader_INCLUDES PREPEND -I)
-    set(words ${CMAKE_CURRENT_BINARY_DIR}/shaders/${shader_NAME}.inc)
-    file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/shaders)
+    set(words ${CMAKE_CURRENT_BINARY_DIR}/spirv/${shader_NAME}.inc)
+    file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/spirv)
     add_custom_command(
         OUTPUT ${words}
         COMMAND ${LIGHTMESH_GLSLC} --target-env=vulkan1.1 -Werror -mfmt=num -I${PROJECT_SOURCE_DIR}/include

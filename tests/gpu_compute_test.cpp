@@ -20,7 +20,7 @@ namespace gpu_compute_test {
 namespace {
 
 constexpr std::uint32_t multiply[] = {
-#include "shaders/multiply.comp.inc"
+#include "spirv/multiply.comp.inc"
 };
 
 std::string message_of(const auto& act) {

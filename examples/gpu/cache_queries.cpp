@@ -16,7 +16,7 @@ namespace demo {
 namespace {
 
 constexpr std::uint32_t query[] = {
-#include "shaders/cache_query.comp.inc"
+#include "spirv/cache_query.comp.inc"
 };
 
 // As in cache_query.comp.

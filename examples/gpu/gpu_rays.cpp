@@ -13,10 +13,10 @@ namespace demo {
 namespace {
 
 constexpr std::uint32_t closest_words[] = {
-#include "shaders/closest.comp.inc"
+#include "spirv/closest.comp.inc"
 };
 constexpr std::uint32_t occluded_words[] = {
-#include "shaders/occluded.comp.inc"
+#include "spirv/occluded.comp.inc"
 };
 
 constexpr std::uint32_t group_size = 64;

@@ -22,25 +22,25 @@ namespace demo {
 namespace {
 
 constexpr std::uint32_t trace_words[] = {
-#include "shaders/trace.comp.inc"
+#include "spirv/trace.comp.inc"
 };
 constexpr std::uint32_t hard_words[] = {
-#include "shaders/shade_hard.inc"
+#include "spirv/shade_hard.inc"
 };
 constexpr std::uint32_t area_words[] = {
-#include "shaders/shade_area.inc"
+#include "spirv/shade_area.inc"
 };
 constexpr std::uint32_t mesh_4_words[] = {
-#include "shaders/shade_mesh_4.inc"
+#include "spirv/shade_mesh_4.inc"
 };
 constexpr std::uint32_t mesh_16_words[] = {
-#include "shaders/shade_mesh_16.inc"
+#include "spirv/shade_mesh_16.inc"
 };
 constexpr std::uint32_t cache_words[] = {
-#include "shaders/shade_cache.comp.inc"
+#include "spirv/shade_cache.comp.inc"
 };
 constexpr std::uint32_t finish_words[] = {
-#include "shaders/finish.comp.inc"
+#include "spirv/finish.comp.inc"
 };
 
 /// As paths.glsl has it.

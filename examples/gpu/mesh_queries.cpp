@@ -14,10 +14,10 @@ namespace demo {
 namespace {
 
 constexpr std::uint32_t query_of_quality_4[] = {
-#include "shaders/mesh_query_4.inc"
+#include "spirv/mesh_query_4.inc"
 };
 constexpr std::uint32_t query_of_quality_16[] = {
-#include "shaders/mesh_query_16.inc"
+#include "spirv/mesh_query_16.inc"
 };
 
 struct Ray {

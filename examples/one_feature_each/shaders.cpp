@@ -14,7 +14,7 @@
 namespace {
 
 constexpr std::uint32_t shader[] = {
-#include "shaders/shaders.comp.inc"
+#include "spirv/shaders.comp.inc"
 };
 
 int run() {
