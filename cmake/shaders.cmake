@@ -3,7 +3,7 @@
 # lightmesh_add_shader(TARGET SOURCE [NAME name] [DEFINES NAME=VALUE ...] [INCLUDES folder ...]): compiles a shader to
 # SPIR-V with the target, which finds its words, comma by comma, as
 #     constexpr std::uint32_t words[] = {
-#     #include "shaders/name.inc"
+#     #include "spirv/name.inc"
 #     };
 # The name is that of the source, such as query.comp, if none is given. include/ and the source's folder are where
 # #include looks; what is included is watched. Drivers optimise what they get: -O would only inline all calls before, and
