@@ -44,7 +44,9 @@ namespace lightmesh {
 /// What a shader needs beside them is a request buffer, `requests_binding`, made by `empty_requests`.
 class MeshUpload {
 public:
+    /// Number of buffers that `buffers` returns: bindings 0 to 4.
     static constexpr std::uint32_t buffer_count = 5;
+    /// The binding of the request buffer, counted from LIGHTMESH_BINDING.
     static constexpr std::uint32_t requests_binding = 5;
 
     /// Throws std::invalid_argument if the view is of a cache, or of a mesh with ShortTest::exact, which

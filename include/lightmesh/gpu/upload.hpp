@@ -21,15 +21,15 @@ namespace lightmesh {
 
 /// Bytes of a storage buffer of a shader.
 struct UploadBuffer {
-    std::uint32_t binding = 0;  ///< counted from LIGHTMESH_BINDING
-    std::span<const std::byte> bytes;
+    std::uint32_t binding = 0;         ///< counted from LIGHTMESH_BINDING
+    std::span<const std::byte> bytes;  ///< all of it; valid until the upload changes
 };
 
 /// Bytes to be written to a storage buffer.
 struct UploadRange {
-    std::uint32_t binding = 0;
-    std::size_t offset = 0;
-    std::span<const std::byte> bytes;
+    std::uint32_t binding = 0;         ///< counted from LIGHTMESH_BINDING
+    std::size_t offset = 0;            ///< of the first byte in the buffer
+    std::span<const std::byte> bytes;  ///< valid until the upload changes
 };
 
 /// What shaders have asked for in a request buffer.
