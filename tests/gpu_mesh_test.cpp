@@ -267,9 +267,6 @@ TEST_CASE("gpu mesh: what is not known is missing, asked for and filled, until n
         const std::vector<float> expected = ask(world.mesh(), world.points);
         CHECK(missing_in(answer.values) > 1000);
         CHECK(!answer.requests.empty());
-        std::size_t fresh_bytes = 0;
-        for (const auto& buffer : queries.uploaded().buffers())
-            fresh_bytes += buffer.bytes.size();
         int rounds = 0;
         for (; missing_in(answer.values) != 0 && rounds < 30; ++rounds) {
             // What is known is right at all times, and never dark for want of knowledge.
