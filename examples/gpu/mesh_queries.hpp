@@ -45,8 +45,6 @@ public:
     Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
                int timed_runs = 0);
 
-    const lightmesh::MeshUpload& uploaded() const { return *upload_; }
-
 private:
     struct Batch;
 
