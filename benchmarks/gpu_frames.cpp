@@ -7,6 +7,7 @@
 #include "gpu/gpu_rays.hpp"
 #include "gpu/gpu_renderer.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu_benchmark.hpp"
 #include "image/image.hpp"
 #include "render/illumination.hpp"
 #include "render/renderer.hpp"
@@ -21,10 +22,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace {
@@ -136,21 +135,6 @@ void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     row("surface to lights, any hit", shadows(rays, embree, shadow_rays(embree, points, most), runs));
 }
 
-/// The share of pixels that differ by more than one step of 8 bits.
-double share_of_other_pixels(const demo::Image& a, const demo::Image& b) {
-    std::size_t others = 0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-        float most = 0.0f;
-        for (int channel = 0; channel < 3; ++channel) {
-            const float from = std::round(255.0f * demo::to_srgb(a.pixels[i][channel]));
-            const float to = std::round(255.0f * demo::to_srgb(b.pixels[i][channel]));
-            most = (std::max)(most, std::abs(from - to));
-        }
-        others += most > 1.0f ? 1u : 0u;
-    }
-    return static_cast<double>(others) / static_cast<double>(a.pixels.size());
-}
-
 void time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, const std::string& algorithm) {
     const demo::EmbreeScene embree(scene);
     demo::VisibilityOptions visibility;
@@ -170,13 +154,11 @@ void time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, co
     std::printf("| %s | %s | %d x %d | %.1f | %.1f | %.1f | %.1f | %.4f |\n", scene.name.c_str(),
                 algorithm.c_str(), options.width, options.height, 1e3 * cold_on_cpu, 1e3 * cold,
                 1e3 * statistics.seconds, 1e3 * second.seconds_device,
-                100.0 * share_of_other_pixels(expected, first.linear));
+                100.0 * demo::share_beyond_one_step(expected, first.linear));
     std::fflush(stdout);
 }
 
-void run(const demo::ComputeOptions& options) {
-    const demo::ComputeDevice device(options);
-    std::printf("%s, %s\n\n", device.name().c_str(), device.driver().c_str());
+bool run(const demo::ComputeDevice& device) {
     std::printf(
         "| scene | rays | number | ms | G rays/s | differ from Embree's |\n|---|---|--:|--:|--:|--:|\n");
     time_rays(device, demo::make_park());
@@ -187,23 +169,11 @@ void run(const demo::ComputeOptions& options) {
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
         for (const char* algorithm : {"whitted", "cache", "linked", "express"})
             time_frames(device, scene, algorithm);
+    return true;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    demo::ComputeOptions options;
-    if (argc == 3 && std::string_view(argv[1]) == "--device") {
-        options.device = argv[2];
-    } else if (argc != 1) {
-        std::fprintf(stderr, "usage: lightmesh-gpu-frame-benchmark [--device NAME]\n");
-        return 2;
-    }
-    try {
-        run(options);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "lightmesh-gpu-frame-benchmark: %s\n", error.what());
-        return 1;
-    }
-    return 0;
+    return bench::run_on_device("lightmesh-gpu-frame-benchmark", argc, argv, run);
 }

@@ -4,25 +4,18 @@
 // [--device NAME]. On a CPU that plays a GPU the picture is small: there it is about the bits.
 
 #include "gpu/mesh_queries.hpp"
+#include "gpu_benchmark.hpp"
 #include "shading_points.hpp"
 
 #include <lightmesh/lightmesh.hpp>
 
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
-#include <exception>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 
 namespace {
@@ -58,14 +51,6 @@ struct Stage {
     bench::ShadingPoints points;
 };
 
-std::vector<SurfacePoint> all_of(const bench::ShadingPoints& points) {
-    std::vector<SurfacePoint> all;
-    for (std::size_t t = 0; t < points.tile_count(); ++t)
-        for (std::size_t i = 0; i < points.tile(t).size(); ++i)
-            all.push_back({.position = points.tile(t).positions[i], .normal = points.tile(t).normals[i]});
-    return all;
-}
-
 struct Result {
     std::size_t points = 0;
     std::size_t lights = 0;
@@ -78,36 +63,22 @@ struct Result {
 /// Fills a mesh on the CPU, and asks it there and on the device.
 Result compare(const demo::ComputeDevice& device, const Stage& stage, std::size_t light_count,
                ShortTest short_test, const bench::ShadingPoints& at) {
-    const std::vector<SurfacePoint> points = all_of(at);
+    const std::vector<SurfacePoint> points = bench::surface_points(at);
     const SingleRays tracer{stage.bvh.intersector()};
     const Mesh mesh(tracer, stage.lights(light_count),
                     {.radius = stage.scene.radius, .quality = 4.0f, .short_test = short_test});
     Result result;
     result.points = points.size();
     result.lights = light_count;
-    constexpr std::size_t block = 4096;
-    const std::size_t blocks = (points.size() + block - 1) / block;
-    std::vector<float> expected(points.size() * light_count);
-    tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
-        const std::size_t first = b * block;
-        const std::size_t size = (std::min)(block, points.size() - first);
-        mesh.visibility(std::span(points).subspan(first, size),
-                        std::span(expected).subspan(first * light_count, size * light_count));
-    });
+    const std::vector<float> expected = bench::ask_on_cpu(mesh, points);
 
     // Seeds take up to 20 rays, and a point without neighbours one for each light.
     demo::MeshQueries queries(device, 65536, 24 + static_cast<std::uint32_t>(light_count));
     result.bytes = queries.upload(mesh.snapshot());
-    const auto trace = [&](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
-        tbb::parallel_for(std::size_t{0}, segments.size(),
-                          [&](std::size_t i) { hit[i] = tracer.occluded(segments[i]) ? 1 : 0; });
-    };
-    const auto answer = queries.ask(points, trace, device.is_cpu() ? 1 : 5);
+    const auto answer = queries.ask(points, demo::trace_by(tracer), device.is_cpu() ? 1 : 5);
     result.seconds = answer.seconds;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-        result.differing +=
-            std::bit_cast<std::uint32_t>(expected[i]) != std::bit_cast<std::uint32_t>(answer.values[i]) ? 1u
-                                                                                                        : 0u;
+        result.differing += bench::same_bits(expected[i], answer.values[i]) ? 0u : 1u;
         result.missing += std::isnan(answer.values[i]) ? 1u : 0u;
     }
     return result;
@@ -117,12 +88,10 @@ const char* name_of(ShortTest short_test) {
     return short_test == ShortTest::none ? "Express" : "Linked";
 }
 
-void run(const demo::ComputeOptions& options) {
-    const demo::ComputeDevice device(options);
+bool run(const demo::ComputeDevice& device) {
     const int width = device.is_cpu() ? 160 : 1920;
     const int height = device.is_cpu() ? 112 : 1440;
-    std::printf("%s, %s; pictures of %d x %d\n\n", device.name().c_str(), device.driver().c_str(), width,
-                height);
+    std::printf("pictures of %d x %d\n\n", width, height);
     std::printf("| scene | lights | short test | points | values that differ from the CPU's | missing | MB "
                 "uploaded | "
                 "ms | ns a point and light |\n|---|--:|---|--:|--:|--:|--:|--:|--:|\n");
@@ -151,23 +120,11 @@ void run(const demo::ComputeOptions& options) {
     for (const auto& [lights, share] : {std::pair<std::size_t, std::size_t>{256, 8}, {1024, 32}})
         for (const ShortTest short_test : {ShortTest::none, ShortTest::linked})
             row(park, lights, short_test, park.points.part(park.points.size() / share));
+    return true;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    demo::ComputeOptions options;
-    if (argc == 3 && std::string_view(argv[1]) == "--device") {
-        options.device = argv[2];
-    } else if (argc != 1) {
-        std::fprintf(stderr, "usage: lightmesh-gpu-benchmark [--device NAME]\n");
-        return 2;
-    }
-    try {
-        run(options);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "lightmesh-gpu-benchmark: %s\n", error.what());
-        return 1;
-    }
-    return 0;
+    return bench::run_on_device("lightmesh-gpu-benchmark", argc, argv, run);
 }

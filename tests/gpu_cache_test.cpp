@@ -3,6 +3,7 @@
 #include "gpu/compute.hpp"
 #include "hit_tracer.hpp"
 #include "plain.hpp"
+#include "watched_device.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/light_mesh.hpp>
@@ -250,19 +251,8 @@ Differences compare(std::span<const std::byte> bytes, const test::HitTracer& tra
     return found;
 }
 
-demo::TraceSegments by(const test::HitTracer& tracer) {
-    return [&tracer](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
-        for (std::size_t i = 0; i < segments.size(); ++i)
-            hit[i] = tracer.occluded(segments[i]) ? 1 : 0;
-    };
-}
-
 /// A device that is watched, and queries of it.
-struct Gpu {
-    std::vector<std::string> messages;
-    demo::ComputeDevice device{{.validate = true, .on_message = [this](const std::string& text) {
-                                    messages.push_back(text);
-                                }}};
+struct Gpu : test::WatchedDevice {
     demo::CacheQueries queries{device};
 };
 
@@ -283,7 +273,7 @@ std::vector<lightmesh::SurfacePoint> points_of(std::span<const lightmesh::CacheR
 template <class Cache>
 Differences ask_and_fill(Gpu& gpu, World& world, const Cache& cache, std::size_t count) {
     const test::HitTracer tracer = world.tracer();
-    const auto trace = by(tracer);
+    const auto trace = demo::trace_by(tracer);
     const auto points = world.points(count, true);
     cache.fill(std::span(points).first(count / 2));
     auto bytes = cache.snapshot();
@@ -383,7 +373,7 @@ TEST_CASE("request buffers that are too small say so, and snapshots that are bro
     gpu.queries.upload(empty);
     const auto points = world.points(64, false);
     const test::HitTracer tracer = world.tracer();
-    const auto answer = gpu.queries.ask(points, by(tracer), 0, 3);
+    const auto answer = gpu.queries.ask(points, demo::trace_by(tracer), 0, 3);
     CHECK(answer.asked > 3);
     CHECK(answer.requests.size() == 3);
 
@@ -398,7 +388,7 @@ TEST_CASE("request buffers that are too small say so, and snapshots that are bro
     const auto of_mesh = mesh.snapshot();
     CHECK_THROWS_AS(gpu.queries.upload(of_mesh), std::invalid_argument);
     // What was there before still is.
-    CHECK(gpu.queries.ask(points, by(tracer), 0, 3).asked == answer.asked);
+    CHECK(gpu.queries.ask(points, demo::trace_by(tracer), 0, 3).asked == answer.asked);
 
     CHECK_THROWS_AS(lightmesh::CacheUpload::empty_requests(0), std::invalid_argument);
     CHECK_THROWS_AS(lightmesh::CacheUpload::empty_requests((std::size_t{1} << 26) + 1),

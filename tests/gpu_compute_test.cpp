@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/compute.hpp"
+#include "watched_device.hpp"
 
 #include <doctest/doctest.h>
 
@@ -39,10 +40,8 @@ bool contains(const std::string& text, const std::string& part) {
 }  // namespace
 
 TEST_CASE("compute: kernels see the buffers, the push constants and what those before them wrote") {
-    std::vector<std::string> messages;
-    const demo::ComputeDevice device({.validate = true, .on_message = [&](const std::string& text) {
-                                          messages.push_back(text);
-                                      }});
+    test::WatchedDevice watched;
+    const demo::ComputeDevice& device = watched.device;
     std::vector<std::uint32_t> values(1000);
     for (std::uint32_t i = 0; i < values.size(); ++i)
         values[i] = i;
@@ -100,7 +99,7 @@ TEST_CASE("compute: kernels see the buffers, the push constants and what those b
         CHECK(after[63] == 5 * found[63] + 7);
         CHECK(after[64] == found[64]);
     }
-    CHECK(messages.empty());
+    CHECK(watched.messages.empty());
 }
 
 TEST_CASE("compute: what a device cannot do is said in one sentence that names it") {

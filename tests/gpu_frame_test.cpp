@@ -13,6 +13,7 @@
 #include "scene/light_rig.hpp"
 #include "scene/scene.hpp"
 #include "temporary_folder.hpp"
+#include "watched_device.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/common.hpp>
@@ -44,23 +45,6 @@ demo::RenderOptions small_picture() {
     return options;
 }
 
-/// The share of pixels that differ by more than one step of 8 bits in some channel.
-double share_of_other_pixels(const demo::Image& a, const demo::Image& b) {
-    REQUIRE(a.pixels.size() == b.pixels.size());
-    std::size_t others = 0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i)
-        for (int channel = 0; channel < 3; ++channel) {
-            const float difference =
-                demo::to_srgb(a.pixels[i][channel]) - demo::to_srgb(b.pixels[i][channel]);
-            // The negation counts NaN.
-            if (!(std::abs(std::round(255.0f * difference)) <= 1.0f)) {
-                ++others;
-                break;
-            }
-        }
-    return static_cast<double>(others) / static_cast<double>(a.pixels.size());
-}
-
 /// Whether shaders' and the CPU's picture of a scene are one to the eye, and not black.
 void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& scene,
                         const std::string& algorithm, const demo::RenderOptions& options) {
@@ -77,11 +61,12 @@ void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& sc
     demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
     demo::RenderStatistics of_gpu;
     const demo::GpuPicture found = renderer.render(of_gpu);
-    const double others = share_of_other_pixels(expected, found.linear);
+    REQUIRE(expected.pixels.size() == found.linear.pixels.size());
+    const double others = demo::share_beyond_one_step(expected, found.linear);
     MESSAGE(scene.name << ", " << algorithm << ": " << 100.0 * others << " % other pixels");
     CHECK(others <= 0.001);
-    CHECK(share_of_other_pixels(demo::toned(expected, options.tone), found.toned) <= 0.001);
-    CHECK(share_of_other_pixels(demo::Image(options.width, options.height), found.linear) > 0.1);
+    CHECK(demo::share_beyond_one_step(demo::toned(expected, options.tone), found.toned) <= 0.001);
+    CHECK(demo::share_beyond_one_step(demo::Image(options.width, options.height), found.linear) > 0.1);
     CHECK(of_gpu.primary_rays == of_cpu.primary_rays);
     const auto close = [](std::uint64_t a, std::uint64_t b) {
         return std::abs(static_cast<double>(a) - static_cast<double>(b)) <= 1e-3 * static_cast<double>(a);
@@ -298,10 +283,7 @@ TEST_CASE("gpu frame: light meshes on all levels, and caches, that the host fill
 }
 
 TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh and a cache") {
-    std::vector<std::string> messages;
-    const demo::ComputeDevice device({.validate = true, .on_message = [&](const std::string& text) {
-                                          messages.push_back(text);
-                                      }});
+    test::WatchedDevice watched;
     const demo::Scene scene = demo::make_spheres();
     const demo::EmbreeScene embree(scene);
     demo::RenderOptions options;
@@ -311,14 +293,14 @@ TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh an
     visibility.settings.radius = scene.radius;
     visibility.settings.quality = 4.0f;
     for (const char* algorithm : {"whitted", "express", "cache"}) {
-        demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+        demo::GpuRenderer renderer(watched.device, algorithm, embree, visibility, options);
         demo::RenderStatistics statistics;
         renderer.render(statistics);
         CHECK(statistics.finished);
         CHECK(renderer.mesh().has_value() == (std::string(algorithm) == "express"));
         CHECK(renderer.cache().has_value() == (std::string(algorithm) == "cache"));
     }
-    for (const std::string& message : messages)
+    for (const std::string& message : watched.messages)
         FAIL_CHECK(message);
 }
 
@@ -366,8 +348,8 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
     for (const char* row : {"device", "in shaders", "shadow rays", "surface points"})
         CHECK_MESSAGE(on_gpu.output.find(row) != std::string::npos, row);
     REQUIRE(render("-a whitted --on cpu --tone filmic -o " + file("cpu.png")).status == 0);
-    CHECK(share_of_other_pixels(demo::read_png(folder / "gpu.png"), demo::read_png(folder / "cpu.png")) <=
-          0.001);
+    CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
+                                      demo::read_png(folder / "cpu.png")) <= 0.001);
 
     const auto check_refused = [&](const std::string& arguments, const std::string& part) {
         const test::Finished ran = render("--on gpu -o " + file("none.png") + " " + arguments);

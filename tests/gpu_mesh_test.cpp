@@ -3,6 +3,7 @@
 #include "plain.hpp"
 #include "random_scene.hpp"
 #include "snapshot_bytes.hpp"
+#include "watched_device.hpp"
 
 #include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/light_mesh.hpp>
@@ -39,16 +40,9 @@ using lightmesh::SnapshotView;
 using lightmesh::SurfacePoint;
 using Mesh = lightmesh::LightMesh<test::PlainTracer>;
 
-std::vector<std::string>& messages() {
-    static std::vector<std::string> all;
-    return all;
-}
-
-/// One for all tests, since making a device takes long; under the validation layer.
-const demo::ComputeDevice& device() {
-    static const demo::ComputeDevice one({.validate = true, .on_message = [](const std::string& text) {
-                                              messages().push_back(text);
-                                          }});
+/// One for all tests, since making a device takes long.
+test::WatchedDevice& watched() {
+    static test::WatchedDevice one;
     return one;
 }
 
@@ -72,12 +66,7 @@ struct World {
 
     test::PlainTracer tracer() const { return {&scene}; }
     Mesh mesh() const { return Mesh{tracer(), lights, settings}; }
-    demo::TraceSegments trace() const {
-        return [by = tracer()](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
-            for (std::size_t i = 0; i < segments.size(); ++i)
-                hit[i] = by.occluded(segments[i]) ? 1 : 0;
-        };
-    }
+    demo::TraceSegments trace() const { return demo::trace_by(tracer()); }
 };
 
 std::vector<float> ask(const Mesh& mesh, const std::vector<SurfacePoint>& points) {
@@ -102,7 +91,7 @@ std::size_t missing_in(const std::vector<float>& values) {
 
 /// One for many tests, since compiling its shaders takes long.
 demo::MeshQueries& shared_queries() {
-    static demo::MeshQueries one(device(), 1024, 100);
+    static demo::MeshQueries one(watched().device, 1024, 100);
     return one;
 }
 
@@ -129,7 +118,7 @@ TEST_CASE("gpu mesh: all q, without and with the linked short test") {
             CAPTURE(static_cast<int>(short_test));
             check_equal(World(9, quality < 8.0f ? 100 : 12, 0.8f, quality, short_test));
         }
-    CHECK(messages().empty());
+    CHECK(watched().messages.empty());
 }
 
 TEST_CASE("gpu mesh: any number of lights, also none, of all kinds, with ranges and cones") {
@@ -293,7 +282,7 @@ TEST_CASE("gpu mesh: what is not known is missing, asked for and filled, until n
 TEST_CASE("gpu mesh: requests beyond the room for them are not lost in silence") {
     const World world(3, 400, 0.4f, 2.0f, ShortTest::none);
     const Mesh mesh = world.mesh();
-    demo::MeshQueries queries(device(), 8, 24);
+    demo::MeshQueries queries(watched().device, 8, 24);
     queries.upload(mesh.snapshot());
     auto answer = queries.ask(world.points, world.trace());
     CHECK(answer.overflowed);
@@ -373,7 +362,7 @@ TEST_CASE("gpu mesh: an upload that follows changes answers as a fresh one, and 
     for (const auto& buffer : shadow.buffers)
         all_bytes += buffer.size();
 
-    demo::MeshQueries fresh(device(), 1024, 100);
+    demo::MeshQueries fresh(watched().device, 1024, 100);
     const std::vector<std::byte> another_grid = World(3, 0, 0.7f, 3.0f, ShortTest::none).mesh().snapshot();
     const auto check = [&] {
         const std::vector<std::byte> bytes = mesh.snapshot();
@@ -451,7 +440,7 @@ TEST_CASE("gpu requests: bytes that are none are refused") {
 }
 
 TEST_CASE("gpu: the validation layer had nothing to say") {
-    CHECK(messages().empty());
+    CHECK(watched().messages.empty());
 }
 
 }  // namespace gpu_mesh_test

@@ -217,6 +217,8 @@ TEST_CASE("differences of linear values") {
     CHECK(demo::mean_absolute_difference(a, b) == doctest::Approx((0.3 + 0.4) / 6.0));
     CHECK(demo::rms_difference(a, b) == doctest::Approx(std::sqrt((0.09 + 0.16) / 6.0)));
     CHECK(demo::mean_absolute_difference(a, a) == 0.0);
+    CHECK(demo::share_beyond_one_step(a, a) == 0.0);
+    CHECK(demo::share_beyond_one_step(a, b) == 0.5);
     CHECK_THROWS_WITH_AS(demo::rms_difference(a, demo::Image(1, 2)), "images of different size: 2x1 and 1x2",
                          std::invalid_argument);
 }

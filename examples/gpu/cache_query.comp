@@ -1,59 +1,15 @@
 #version 450
 // SPDX-License-Identifier: MIT
 #extension GL_GOOGLE_include_directive : require
-// S of all lights at many points, for cache_queries.cpp. Rays are traced by the host: what a point asks for is
-// written down, and the point is asked again when the answers are there.
+// S of all lights at many points, for cache_queries.cpp.
 layout(local_size_x = 64) in;
 
 #include <lightmesh/gpu/cache.glsl>
-
-struct Point {
-    vec4 position;  // w: footprint
-    vec4 normal;
-    vec4 shading_normal;
-};
-struct Ray {
-    vec4 from;
-    vec3 to;
-    uint state;  // 0, open, blocked, asked
-};
-layout(std430, set = 1, binding = 0) readonly buffer Points { Point points[]; };
-layout(std430, set = 1, binding = 1) buffer Values { float values[]; };
-layout(std430, set = 1, binding = 2) buffer Rays { Ray rays[]; };
-layout(std430, set = 1, binding = 3) buffer Awaiting { uint awaiting[]; };  // 1 if rays are awaited
-layout(push_constant) uniform Work {
-    uint point_count;
-    uint rays_per_point;
-    uint only_awaiting;  // leaves points alone whose rays were all known
-    uint sums_only;      // one value a point: the sum over its lights
-};
-
-const uint ray_is_open = 1u;
-const uint ray_is_blocked = 2u;
-const uint ray_is_asked = 3u;
-
-uint ray_number = 0u;
-bool awaits_rays = false;
-
-// What is not known yet is taken as open, as most of it is.
-bool lightmesh_is_open(vec3 from, vec3 to) {
-    uint number = ray_number++;
-    awaits_rays = awaits_rays || number >= rays_per_point;
-    if (number >= rays_per_point)
-        return true;
-    uint slot = gl_GlobalInvocationID.x * rays_per_point + number;
-    uint state = rays[slot].state;
-    bool is_known = (state == ray_is_open || state == ray_is_blocked) && rays[slot].from.xyz == from && rays[slot].to == to;
-    if (!is_known) {
-        rays[slot] = Ray(vec4(from, 0.0), to, ray_is_asked);
-        awaits_rays = true;
-    }
-    return !is_known || state == ray_is_open;
-}
+#include "host_rays.glsl"
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= point_count || (only_awaiting != 0u && awaiting[i] == 0u))
+    if (!is_asked(i))
         return;
     LightMeshCachePoint at = lightmesh_cache_point(points[i].position.xyz, points[i].normal.xyz, points[i].position.w,
                                                    points[i].shading_normal.xyz);

@@ -2,9 +2,9 @@
 #include "compute.hpp"
 
 #include "../adapters/vulkan_depth_renderer.hpp"
+#include "../render/stopwatch.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <map>
 #include <mutex>
@@ -129,7 +129,7 @@ std::size_t ComputeDevice::largest_buffer() const {
 double ComputeDevice::run(const std::function<void(const ComputeCommands&)>& record) const {
     const std::scoped_lock lock(state_->busy);
     return in_words(state_->on, "while it computed", [&] {
-        const auto begin = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const auto& clock = state_->clock;
         state_->on.run([&](const vk::raii::CommandBuffer& commands) {
             if (clock) {
@@ -149,7 +149,7 @@ double ComputeDevice::run(const std::function<void(const ComputeCommands&)>& rec
                 return static_cast<double>(ticks.second[1] - ticks.second[0]) * 1e-9 *
                        static_cast<double>(state_->limits.timestampPeriod);
         }
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        return watch.seconds();
     });
 }
 

@@ -4,7 +4,6 @@
 #include "gpu/scene_words.hpp"
 #include "gpu/wide_bvh.hpp"
 #include "render/lamps.hpp"
-#include "render/stopwatch.hpp"
 #include "render/view.hpp"
 
 #include <lightmesh/settings.hpp>
@@ -88,9 +87,7 @@ std::span<const std::byte> bytes_in(const std::vector<T>& values) {
 
 GpuScene::GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& visibility,
                    const RenderOptions& options) {
-    const Stopwatch watch;
     const WideBvh bvh = build_wide_bvh(scene.scene());
-    seconds_building_ = watch.seconds();
     const SceneWords words =
         words_of(scene.scene(), sizes_at_ends(lamps_of(scene, visibility), scene.far_away()));
     const FrameWords frame = frame_of(scene, words, visibility, options);

@@ -18,12 +18,9 @@ public:
              const RenderOptions& options = {});
 
     const std::vector<ComputeBinding>& bindings() const { return bindings_; }
-    /// Seconds that the BVH took, on the host.
-    double seconds_building() const { return seconds_building_; }
 
 private:
     std::vector<ComputeBinding> bindings_;
-    double seconds_building_ = 0.0;
 };
 
 }  // namespace demo

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/mesh_levels.hpp"
 
+#include "gpu/uploaded_mesh.hpp"
+
 #include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/lightmesh.hpp>
 
@@ -33,32 +35,17 @@ lightmesh::Settings settings_at(lightmesh::Settings settings, int level) {
 struct MeshLevels::Level {
     Level(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& options, int level)
         : mesh(scene.intersector(), shapes_of_lights(scene.scene()), settings_at(options.settings, level)),
-          bytes(mesh.snapshot()), upload(lightmesh::SnapshotView(bytes)) {
-        for (const lightmesh::UploadBuffer& buffer : upload.buffers())
-            buffers.emplace_back(device, buffer.bytes);
-    }
+          uploaded(device, mesh.snapshot()) {}
 
     void fill(std::span<const lightmesh::SurfacePoint> points) {
         constexpr std::size_t at_once = 256;
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), at_once),
                           [&](const auto& part) { mesh.fill(points.subspan(part.begin(), part.size())); });
-    }
-
-    void upload_changes(const ComputeDevice& device) {
-        bytes = mesh.snapshot();
-        for (const lightmesh::UploadRange& range : upload.update(lightmesh::SnapshotView(bytes))) {
-            ComputeBuffer& buffer = buffers[range.binding];
-            if (buffer.size() != upload.buffers()[range.binding].bytes.size())
-                buffer = ComputeBuffer(device, range.bytes);
-            else
-                buffer.write(range.offset, range.bytes);
-        }
+        uploaded.update(mesh.snapshot());
     }
 
     lightmesh::LightMesh<EmbreeIntersector> mesh;
-    std::vector<std::byte> bytes;
-    lightmesh::MeshUpload upload;
-    std::vector<ComputeBuffer> buffers;
+    UploadedMesh uploaded;
 };
 
 MeshLevels::MeshLevels(const ComputeDevice& device, const EmbreeScene& scene,
@@ -84,9 +71,8 @@ std::vector<ComputeBinding> MeshLevels::bindings() const {
 }
 
 void MeshLevels::bind(const ComputeKernel& kernel, int level) {
-    const Level& seen = at(level);
-    for (std::uint32_t i = 0; i < seen.buffers.size(); ++i)
-        kernel.bind({.set = set, .binding = i, .buffer = seen.buffers[i]});
+    for (const ComputeBinding& binding : at(level).uploaded.bindings(set))
+        kernel.bind(binding);
     requests_.write(0, lightmesh::empty_requests(request_capacity));
 }
 
@@ -104,27 +90,15 @@ MeshLevels::Asked MeshLevels::fill(int level) {
     if (sorted == asked_before_)
         return Asked::same_points;
     asked_before_ = std::move(sorted);
-    Level& filled = at(level);
-    filled.fill(asked.points);
-    filled.upload_changes(device_);
+    at(level).fill(asked.points);
     return Asked::points;
 }
 
 lightmesh::MeshStatistics MeshLevels::statistics() const {
     lightmesh::MeshStatistics sum;
-    for (std::size_t k = 0; k < levels_.size(); ++k) {
-        if (!levels_[k])
-            continue;
-        const lightmesh::MeshStatistics of_level = levels_[k]->mesh.statistics();
-        sum.light_points += of_level.light_points;
-        sum.bricks += of_level.bricks;
-        sum.long_tests += of_level.long_tests;
-        sum.long_rays += of_level.long_rays;
-        sum.link_rays += of_level.link_rays;
-        sum.bytes += of_level.bytes;
-        sum.light_points_of_level[k] = of_level.light_points;
-        sum.bytes_of_level[k] = of_level.bytes;
-    }
+    for (std::size_t k = 0; k < levels_.size(); ++k)
+        if (levels_[k])
+            sum.add_level(k, levels_[k]->mesh.statistics());
     return sum;
 }
 

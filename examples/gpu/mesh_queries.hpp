@@ -2,34 +2,26 @@
 #pragma once
 
 #include "compute.hpp"
+#include "host_rays.hpp"
+#include "uploaded_mesh.hpp"
 
-#include <lightmesh/gpu/mesh_upload.hpp>
-#include <lightmesh/segment.hpp>
 #include <lightmesh/surface_point.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
 namespace demo {
 
-/// Sets hit[i] to 1 if something lies on segment i, else to 0.
-using TraceSegments = std::function<void(std::span<const lightmesh::Segment>, std::span<std::uint8_t> hit)>;
-
 /// Queries of a light mesh by the device, for tests and benchmarks: the rays are traced by the host.
 class MeshQueries {
 public:
-    struct Answer {
-        std::vector<float> values;                      ///< a row for each point; NaN: missing
+    struct Answer : HostRayAnswer {
         std::vector<lightmesh::SurfacePoint> requests;  ///< what `fill` is to be called with
         bool overflowed = false;                        ///< there were more requests than room for them
-        double seconds = 0.0;                           ///< of the run in which all rays were known
-        std::size_t points_without_rays = 0;            ///< that need more than `rays_per_point`
-        std::size_t rays = 0;
     };
 
     explicit MeshQueries(const ComputeDevice& device, std::size_t request_capacity = 65536,
@@ -39,22 +31,16 @@ public:
     /// were. Throws what `lightmesh::SnapshotView` and `lightmesh::MeshUpload` throw.
     std::size_t upload(std::span<const std::byte> snapshot);
 
-    /// S of all lights at points, without their footprints; no more at a time than fit into 2^27 bytes of
-    /// values and of rays. `timed_runs`: then asks so many times more, with all rays known, and adds up
-    /// instead of writing what it finds; the least time of these counts.
+    /// As `HostRayQuery::ask`, without the points' footprints.
     Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
                int timed_runs = 0);
 
 private:
-    struct Batch;
-
     ComputeDevice device_;
-    std::size_t request_capacity_;
     std::uint32_t rays_per_point_;
-    std::size_t light_count_ = 0;
-    std::optional<lightmesh::MeshUpload> upload_;
-    std::vector<ComputeBuffer> buffers_;
-    std::optional<ComputeBuffer> requests_;
+    std::vector<std::byte> no_requests_;
+    ComputeBuffer requests_;
+    std::optional<UploadedMesh> mesh_;
     std::array<std::optional<ComputeKernel>, 2> kernels_;  ///< for q up to 4, and up to 16
 };
 

@@ -290,6 +290,20 @@ double rms_difference(const Image& a, const Image& b) {
     return std::sqrt(mean_over_channels(a, b, [](double difference) { return difference * difference; }));
 }
 
+double share_beyond_one_step(const Image& a, const Image& b) {
+    check_same_size(a, b);
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        for (int channel = 0; channel < 3; ++channel) {
+            const float difference = to_srgb(a.pixels[i][channel]) - to_srgb(b.pixels[i][channel]);
+            if (std::abs(std::round(255.0f * difference)) > 1.0f) {
+                ++others;
+                break;
+            }
+        }
+    return static_cast<double>(others) / static_cast<double>(a.pixels.size());
+}
+
 Image difference_picture(const Image& a, const Image& b, float amplification) {
     check_same_size(a, b);
     Image result = a;

@@ -64,6 +64,10 @@ double mean_absolute_difference(const Image& a, const Image& b);
 /// Root of the mean over all channels of (a - b)^2, linear values.
 double rms_difference(const Image& a, const Image& b);
 
+/// The share of pixels that differ by more than one step of 8 bits of the sRGB values in some channel. The
+/// images must have one size.
+double share_beyond_one_step(const Image& a, const Image& b);
+
 /// The difference as one sees it, negated: white where the pictures are equal, darker by `amplification`
 /// times the absolute difference of the sRGB values in each channel (figure 4 of the paper).
 Image difference_picture(const Image& a, const Image& b, float amplification);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/on_gpu.hpp"
 
-#include "render/lamps.hpp"
 #include "render/stopwatch.hpp"
 #include "render/terminal.hpp"
 
@@ -22,11 +21,7 @@ Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const Vis
         throw std::invalid_argument("--on gpu does not know --mesh");
     if (visibility.keep_snapshot)
         throw std::invalid_argument("--on gpu does not know --save-mesh");
-    Run made;
-    made.algorithm = algorithm;
-    made.settings = visibility.settings;
-    made.spacing = cache_settings_of(visibility).spacing;
-    made.lamp_sizes = lamp_size_text(lamps_of(scene, visibility));
+    Run made = run_begun(algorithm, scene, visibility);
     const Stopwatch stopwatch;
     GpuRenderer::check(algorithm, visibility, options);
     const ComputeDevice device({.device = visibility.device});

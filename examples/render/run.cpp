@@ -56,11 +56,7 @@ using MakeImage = std::function<Image(Visibility&, RenderStatistics&, ProgressBa
 
 Run run_by(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
            ProgressBar::Elsewhere progress_elsewhere, const MakeImage& make_image) {
-    Run made;
-    made.algorithm = algorithm;
-    made.settings = visibility.settings;
-    made.spacing = cache_settings_of(visibility).spacing;
-    made.lamp_sizes = lamp_size_text(lamps_of(scene, visibility));
+    Run made = run_begun(algorithm, scene, visibility);
     const Stopwatch stopwatch;
     const std::unique_ptr<Visibility> shadows = make_visibility(algorithm, scene, visibility);
     made.seconds_preparing = stopwatch.seconds();
@@ -77,6 +73,15 @@ Run run_by(const std::string& algorithm, const EmbreeScene& scene, const Visibil
 }
 
 }  // namespace
+
+Run run_begun(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility) {
+    Run begun;
+    begun.algorithm = algorithm;
+    begun.settings = visibility.settings;
+    begun.spacing = cache_settings_of(visibility).spacing;
+    begun.lamp_sizes = lamp_size_text(lamps_of(scene, visibility));
+    return begun;
+}
 
 Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
         const RenderOptions& options) {

@@ -38,6 +38,9 @@ struct Run {
     double seconds() const { return seconds_preparing + statistics.seconds; }
 };
 
+/// A run of which nothing is known but what was asked for.
+Run run_begun(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility);
+
 /// Renders one picture with a progress bar, until Ctrl-C or SIGTERM.
 Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
         const RenderOptions& options);

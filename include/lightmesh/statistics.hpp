@@ -23,6 +23,20 @@ struct MeshStatistics {
     /// The same for each level: the one of radius 2^k r at [k]; 0 where there is none.
     std::array<std::size_t, most_mesh_levels> light_points_of_level{};
     std::array<std::size_t, most_mesh_levels> bytes_of_level{};  ///< without what levels share
+
+    /// Adds what a mesh holds that has the radius of a level, which must be one.
+    void add_level(std::size_t level, const MeshStatistics& held) {
+        light_points += held.light_points;
+        bricks += held.bricks;
+        long_tests += held.long_tests;
+        long_rays += held.long_rays;
+        link_rays += held.link_rays;
+        forgotten_visibilities += held.forgotten_visibilities;
+        forgotten_links += held.forgotten_links;
+        bytes += held.bytes;
+        light_points_of_level[level] += held.light_points;
+        bytes_of_level[level] += held.bytes;
+    }
 };
 
 /// What queries spent, for those that ask: pass a pointer to one, for each thread its own. A point between

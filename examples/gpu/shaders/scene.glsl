@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 
-// A scene as scene_buffers.hpp packs it, and what is seen of it. Set 0.
+// A scene as gpu_scene.cpp and scene_words.hpp pack it, and what is seen of it. Set 0.
 
 layout(std140, set = 0, binding = 0) uniform Frame {
     vec4 eye;           // w: 1 for an orthographic view

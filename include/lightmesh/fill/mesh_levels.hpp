@@ -112,15 +112,7 @@ public:
     MeshStatistics statistics() const {
         MeshStatistics sum;
         for_each([&](int k, const Level& level) {
-            const MeshStatistics held = level.statistics();
-            sum.light_points += held.light_points;
-            sum.bricks += held.bricks;
-            sum.long_tests += held.long_tests;
-            sum.long_rays += held.long_rays;
-            sum.link_rays += held.link_rays;
-            sum.bytes += held.bytes;
-            sum.light_points_of_level[static_cast<std::size_t>(k)] = held.light_points;
-            sum.bytes_of_level[static_cast<std::size_t>(k)] = held.bytes;
+            sum.add_level(static_cast<std::size_t>(k), level.statistics());
         });
         sum.forgotten_visibilities = forgotten_.visibilities;
         sum.forgotten_links = forgotten_.links;

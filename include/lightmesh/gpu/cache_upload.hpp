@@ -27,7 +27,6 @@
 #include <limits>
 #include <span>
 #include <stdexcept>
-#include <string>
 #include <variant>
 #include <vector>
 
@@ -74,10 +73,7 @@ public:
     /// of a shader. Of a used one only the first 16 bytes need to be written anew. Throws
     /// std::invalid_argument for none, or more than 2^26.
     static std::vector<std::byte> empty_requests(std::size_t capacity) {
-        if (capacity == 0 || capacity > std::size_t{1} << 26)
-            throw std::invalid_argument(
-                "lightmesh: a request buffer has room for 1 to 2^26 points, not for " +
-                std::to_string(capacity));
+        detail::check_request_capacity(capacity);
         std::vector<std::byte> bytes(request_header + capacity * request_size);
         const auto room = static_cast<std::uint32_t>(capacity);
         std::memcpy(bytes.data() + sizeof room, &room, sizeof room);
@@ -90,7 +86,7 @@ public:
         if (bytes.size() >= request_header)
             std::memcpy(head.data(), bytes.data(), sizeof head);
         if (head[1] == 0 || bytes.size() != request_header + std::size_t{head[1]} * request_size)
-            throw std::invalid_argument("lightmesh: these bytes are not those of a request buffer");
+            detail::throw_no_request_buffer();
         return head[0];
     }
     /// The points for which there was room, in no order. Throws as above, and std::bad_alloc.

@@ -38,12 +38,25 @@ struct UploadRequests {
     bool overflowed = false;           ///< more was asked for than there was room for: ask again
 };
 
-/// Bytes of an empty request buffer with room for so many points: what is written to it before each run of a
-/// shader. Throws std::invalid_argument for none, or more than 2^26.
-inline std::vector<std::byte> empty_requests(std::size_t capacity) {
+namespace detail {
+
+/// Throws std::invalid_argument unless a request buffer may have room for so many points.
+inline void check_request_capacity(std::size_t capacity) {
     if (capacity == 0 || capacity > std::size_t{1} << 26)
         throw std::invalid_argument("lightmesh: a request buffer has room for 1 to 2^26 points, not for " +
                                     std::to_string(capacity));
+}
+
+[[noreturn]] inline void throw_no_request_buffer() {
+    throw std::invalid_argument("lightmesh: these bytes are not those of a request buffer");
+}
+
+}  // namespace detail
+
+/// Bytes of an empty request buffer with room for so many points: what is written to it before each run of a
+/// shader. Throws std::invalid_argument for none, or more than 2^26.
+inline std::vector<std::byte> empty_requests(std::size_t capacity) {
+    detail::check_request_capacity(capacity);
     const auto points = static_cast<std::uint32_t>(capacity);
     const std::array<std::uint32_t, 4> head{0, 0, points, 2 * points};
     std::vector<std::byte> bytes((head.size() + 2 * capacity + 6 * capacity) * sizeof(std::uint32_t));
@@ -60,7 +73,7 @@ inline UploadRequests read_requests(std::span<const std::byte> bytes) {
     if (capacity == 0 || slots != 2 * capacity ||
         bytes.size() !=
             (head.size() + std::size_t{slots} + 6 * std::size_t{capacity}) * sizeof(std::uint32_t))
-        throw std::invalid_argument("lightmesh: these bytes are not those of a request buffer");
+        detail::throw_no_request_buffer();
     UploadRequests requests;
     requests.overflowed = dropped != 0 || count > capacity;
     requests.points.resize((std::min)(count, capacity));
