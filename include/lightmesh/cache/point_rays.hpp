@@ -65,13 +65,18 @@ public:
 private:
     void find_from(const glm::vec3& start, const glm::vec3& unit_normal, const glm::vec3& point,
                    std::size_t tile, std::uint64_t wanted, TileValues& values) {
-        const auto bits = [](float value) -> std::uint64_t {
-            return std::bit_cast<std::uint32_t>(value);
-        };
-        const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
-        LampRays<Tracer> rays(tracer_, lamps_, tile, {start, unit_normal, seed, step_, reach_});
+        LampRays<Tracer> rays(tracer_, lamps_, tile, {start, unit_normal, seed_at(point), step_, reach_});
         rays.find(wanted, plan_, values);
         lamp_rays_ += rays.rays();
+    }
+
+    /// What turns the pattern of rays: one for all within a 64th of the finest step, so that points which
+    /// differ by the rounding of an intersection, as from another tracer, mostly have the same.
+    std::uint64_t seed_at(const glm::vec3& point) const {
+        const auto bits = [&](float coordinate) {
+            return std::bit_cast<std::uint64_t>(std::floor(static_cast<double>(coordinate) * (64.0 / step_)));
+        };
+        return mix_bits(bits(point.x) ^ std::rotl(bits(point.y), 21) ^ std::rotl(bits(point.z), 42));
     }
 
     /// A point moved from its facet to the smooth surface, or beyond: where rays to a lamp below the facet's
