@@ -38,8 +38,8 @@ gcc() {
     build_and_test gcc g++ -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_TEST_OPTIONS=-O1
 }
 
-# Both compilers use the same standard library: that a header lacks an include, one of them tells. What examples do is
-# tested with the other one: of all but the library clang++ says what it warns of.
+# Both compilers use the same standard library and GLM: that a header lacks an include, or minds a macro, one of them
+# tells. What examples do is tested with the other one: of all but the library clang++ says what it warns of.
 clang() {
     say "clang++, for this processor: the library, and that all else compiles"
     build_and_test clang clang++ -DCMAKE_BUILD_TYPE=None -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_TEST_HEADERS=OFF \
