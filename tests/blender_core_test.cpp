@@ -330,7 +330,8 @@ TEST_CASE("blender core: what is baked is what a matt picture shows") {
     const std::array<float, 9> normals{0, 0, 1, 0, 0, 1, 0, 0, 1};
     std::array<float, 6> visible{};
     std::array<float, 9> colours{};
-    REQUIRE(lm_bake(session.get(), 3, places.data(), normals.data(), visible.data(), colours.data()) == 0);
+    LmPoints points{places.data(), normals.data(), nullptr, 3};
+    REQUIRE(lm_bake(session.get(), &points, visible.data(), colours.data()) == 0);
     // The plate hides the first lamp from below it, and the second one from the far side.
     CHECK(visible == std::array<float, 6>{0, 1, 1, 1, 1, 0});
     for (std::size_t i = 0; i < 3; ++i) {
@@ -343,10 +344,125 @@ TEST_CASE("blender core: what is baked is what a matt picture shows") {
         }
         CHECK(colours[3 * i] == doctest::Approx(expected).epsilon(1e-4));
     }
-    CHECK(lm_bake(session.get(), 3, places.data(), normals.data(), nullptr, nullptr) == 0);
-    CHECK(fails(lm_bake(session.get(), 3, nullptr, normals.data(), nullptr, nullptr), "positions"));
+    CHECK(lm_bake(session.get(), &points, nullptr, nullptr) == 0);
+    // The normal of smooth shading is the one that is lit.
+    const std::array<float, 9> turned{0, 0.6f, 0.8f, 0, 0.6f, 0.8f, 0, 0.6f, 0.8f};
+    points.shading_normals = turned.data();
+    std::array<float, 9> smooth{};
+    REQUIRE(lm_bake(session.get(), &points, nullptr, smooth.data()) == 0);
+    const double squared = 36.0 + 16.0;  // the plate hides the other lamp
+    CHECK(smooth[0] == doctest::Approx(2.0 / squared * 0.8 * 4.0 / std::sqrt(squared)).epsilon(1e-4));
+    points.positions = nullptr;
+    CHECK(fails(lm_bake(session.get(), &points, nullptr, nullptr), "positions"));
+    CHECK(fails(lm_bake(session.get(), nullptr, nullptr, nullptr), "points is NULL"));
     const Session empty(lm_new(0));
-    CHECK(fails(lm_bake(empty.get(), 0, nullptr, nullptr, nullptr, nullptr), "no scene to bake"));
+    points.count = 0;
+    CHECK(fails(lm_bake(empty.get(), &points, nullptr, nullptr), "no scene to bake"));
+}
+
+TEST_CASE("blender core: each texel shows the triangle of its middle, else the nearest place it touches") {
+    constexpr int width = 40;
+    constexpr int height = 24;
+    constexpr std::size_t texels = width * height;
+    // A fan around a corner that is a texel's middle, so that all its edges meet there, a needle beside it
+    // that has few middles, and three triangles that show nowhere.
+    const float x = 12.5f / width;
+    const float y = 10.5f / height;
+    const float infinity = std::numeric_limits<float>::infinity();
+    const std::vector<float> uvs{x,     y,      0.05f,   0.1f,    0.55f,  0.1f,  x,        y,     0.55f, 0.1f,
+                                 0.5f,  0.9f,   x,       y,       0.5f,   0.9f,  0.05f,    0.85f, x,     y,
+                                 0.05f, 0.1f,   0.05f,   0.85f,   0.65f,  0.05f, 0.68f,    0.05f, 0.99f, 1.2f,
+                                 0.75f, 0.125f, 0.8125f, 0.1875f, 0.875f, 0.25f, 2.0f,     2.0f,  3.0f,  2.0f,
+                                 3.0f,  3.0f,   0.9f,    0.1f,    0.95f,  0.1f,  infinity, 0.2f};
+    const std::size_t count = uvs.size() / 6;
+    const auto corner = [&](std::size_t triangle, std::size_t k) {
+        const float* uv = &uvs[6 * triangle + 2 * k];
+        return std::array<double, 2>{uv[0] * double{width}, uv[1] * double{height}};
+    };
+    std::vector<std::int32_t> found(texels);
+    std::vector<std::int32_t> others(texels);
+    std::vector<float> weights(2 * texels);
+    REQUIRE(lm_cover_texels(width, height, static_cast<std::uint32_t>(count), uvs.data(), found.data(),
+                            weights.data(), others.data()) == 0);
+    CHECK(std::ranges::all_of(others, [](std::int32_t other) { return other == -1; }));
+    // Plainly: the least distance of 60 x 60 places on each triangle from each texel's middle.
+    for (std::size_t texel = 0; texel < texels; ++texel) {
+        CAPTURE(texel);
+        const double middle_x = static_cast<double>(texel % width) + 0.5;
+        const double middle_y = static_cast<double>(texel / width) + 0.5;
+        bool is_touched = false;
+        double least = infinity;
+        for (std::size_t t = 0; t < 5; ++t)
+            for (int i = 0; i <= 60; ++i)
+                for (int j = 0; j <= 60 - i; ++j) {
+                    double away[2];
+                    for (std::size_t axis = 0; axis < 2; ++axis)
+                        away[axis] = (60 - i - j) / 60.0 * corner(t, 0)[axis] +
+                                     i / 60.0 * corner(t, 1)[axis] + j / 60.0 * corner(t, 2)[axis] -
+                                     (axis == 0 ? middle_x : middle_y);
+                    least = (std::min)(least, std::hypot(away[0], away[1]));
+                    is_touched = is_touched || (std::abs(away[0]) < 0.49 && std::abs(away[1]) < 0.49);
+                }
+        if (found[texel] < 0) {
+            CHECK_FALSE(is_touched);
+            continue;
+        }
+        REQUIRE(found[texel] < 5);
+        const auto t = static_cast<std::size_t>(found[texel]);
+        const double u = weights[2 * texel];
+        const double v = weights[2 * texel + 1];
+        CHECK(u >= 0.0);
+        CHECK(v >= 0.0);
+        CHECK(u + v <= 1.0 + 1e-6);
+        const double at_x = (1.0 - u - v) * corner(t, 0)[0] + u * corner(t, 1)[0] + v * corner(t, 2)[0];
+        const double at_y = (1.0 - u - v) * corner(t, 0)[1] + u * corner(t, 1)[1] + v * corner(t, 2)[1];
+        const double distance = std::hypot(at_x - middle_x, at_y - middle_y);
+        CHECK(distance <= (std::min)(least, std::sqrt(0.5)) + 0.25 + 1e-5);
+        CHECK(distance >= least - 0.5);  // the plain places lie so far apart
+    }
+    // Of two triangles with the same middle the first is shown, and the second told.
+    const std::array<float, 12> twice{0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+    std::array<std::int32_t, 4> first{};
+    std::array<std::int32_t, 4> second{};
+    std::array<float, 8> places{};
+    REQUIRE(lm_cover_texels(2, 2, 2, twice.data(), first.data(), places.data(), second.data()) == 0);
+    // The diagonal goes through two middles, and belongs to what lies to its right.
+    CHECK(first == std::array<std::int32_t, 4>{0, 0, 0, 0});
+    CHECK(second == std::array<std::int32_t, 4>{1, -1, -1, -1});
+    CHECK(
+        fails(lm_cover_texels(0, 2, 0, nullptr, first.data(), places.data(), second.data()), "0 x 2 texels"));
+    CHECK(
+        fails(lm_cover_texels(2, 2, 1, nullptr, first.data(), places.data(), second.data()), "coordinates"));
+}
+
+TEST_CASE("blender core: a margin goes on with what is beside it, as far as it is wide") {
+    constexpr int width = 9;
+    constexpr int height = 7;
+    std::vector<float> values(2 * width * height, 100.0f);
+    std::vector<std::uint8_t> filled(width * height);
+    const auto texel = [](int column, int row) {
+        return static_cast<std::size_t>(width * row + column);
+    };
+    // Two texels, with a value of the column.
+    for (const int column : {2, 3}) {
+        filled[texel(column, 3)] = 1;
+        values[2 * texel(column, 3)] = static_cast<float>(column);
+        values[2 * texel(column, 3) + 1] = 1.0f;
+    }
+    REQUIRE(lm_fill_margin(width, height, 2, values.data(), filled.data(), 2) == 0);
+    for (int row = 0; row < height; ++row)
+        for (int column = 0; column < width; ++column) {
+            const int steps = (std::max)({2 - column, column - 3, std::abs(row - 3)});
+            CAPTURE(row);
+            CAPTURE(column);
+            CHECK(filled[texel(column, row)] == (steps <= 2 ? 1 : 0));
+            CHECK(values[2 * texel(column, row) + 1] == (steps <= 2 ? 1.0f : 100.0f));
+        }
+    // Above the first one: twice that below, once that across.
+    CHECK(values[2 * texel(2, 4)] == doctest::Approx((2.0 * 2.0 + 3.0) / 3.0));
+    CHECK(values[2 * texel(1, 4)] == 2.0f);
+    CHECK(values[2 * texel(5, 3)] == 3.0f);
+    CHECK(fails(lm_fill_margin(width, height, 0, values.data(), filled.data(), 2), "0 channels"));
 }
 
 TEST_CASE("blender core: a picture that is cancelled ends soon, and another one may follow") {

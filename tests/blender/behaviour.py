@@ -144,34 +144,6 @@ class Behaviour(unittest.TestCase):
         timer.join()
         session.close()
 
-    def test_bake(self):
-        """Below a plate it is dark, far from it as bright as by the law of squares; a matt picture agrees."""
-        bpy.ops.mesh.primitive_grid_add(x_subdivisions=40, y_subdivisions=40, size=8)
-        floor = bpy.context.object
-        box((1, 1, .02), (0, 0, 1))
-        light = lamp('POINT', (0, 0, 3), 100 * np.pi ** 2 * 4, shadow_soft_size=.1)
-        camera()
-        bpy.ops.object.select_all(action='DESELECT')
-        floor.select_set(True)
-        places = np.array([tuple(vertex.co) for vertex in floor.data.vertices])
-        distances = np.linalg.norm(places - (0, 0, 3), axis=1)
-        under = np.abs(places[:, :2]).max(axis=1) < .5
-        away = np.abs(places[:, :2]).max(axis=1) > 1.2
-        baked = {}
-        for what in ('LIGHT', 'VISIBILITY'):
-            self.assertEqual(bpy.ops.object.light_mesh_bake(what=what), {'FINISHED'})
-            values = np.empty(4 * len(places), np.float32)
-            floor.data.color_attributes['Soft Shadows'].data.foreach_get('color', values)
-            baked[what] = values.reshape(-1, 4)[:, 0]
-        self.assertEqual(len(floor.data.color_attributes), 1)
-        self.assertTrue((baked['VISIBILITY'][under] == 0).all())
-        self.assertTrue((baked['VISIBILITY'][away] == 1).all())
-        expected = 100 / distances ** 2 * 3 / distances
-        self.assertTrue(np.allclose(baked['LIGHT'][away], expected[away], rtol=2e-3))
-        light.data.energy = float('inf')
-        with self.assertRaisesRegex(RuntimeError, 'not finite'):
-            bpy.ops.object.light_mesh_bake()
-
     def test_view_layers(self):
         scene()
         ball_collection = bpy.data.collections.new('Balls')

@@ -30,7 +30,7 @@ extern "C" {
 #endif
 
 /** Of this file: programs that were made for another one must not go on. */
-#define LM_ABI 1
+#define LM_ABI 2
 
 typedef struct LmSession LmSession;
 
@@ -170,14 +170,35 @@ LM_API int lm_poll(LmSession* session, double seconds, float* progress);
 LM_API int lm_read(LmSession* session, float* rgba, size_t float_count);
 /** The picture ends soon; from any thread. */
 LM_API void lm_cancel(LmSession* session);
+/** Points of surfaces; 3 values a point. */
+typedef struct LmPoints {
+    const float* positions;
+    const float* normals;         /**< of the surface itself: unit length, on the shaded side, as the next */
+    const float* shading_normals; /**< of smooth shading; NULL: `normals` */
+    uint32_t count;
+} LmPoints;
 /**
- * What points of surfaces get from the lights: for baking. `positions` and `normals` (unit length, on the
- * shaded side) have 3 values a point. `visible` takes the share of each light that is seen from a point,
- * point by point and in the order of lm_add_light; `colours` what a white matt surface sends back there, RGB.
- * Both may be NULL. Comes back when it is done; ends a picture that is being rendered.
+ * What points of surfaces get from the lights: for baking. `visible` takes the share of each light that is
+ * seen from a point, point by point and in the order of lm_add_light; `colours` what a white matt surface
+ * sends back there, RGB. Both may be NULL. Comes back when it is done; ends a picture that is being rendered.
  */
-LM_API int lm_bake(LmSession* session, uint32_t point_count, const float* positions, const float* normals,
-                   float* visible, float* colours);
+LM_API int lm_bake(LmSession* session, const LmPoints* points, float* visible, float* colours);
+/**
+ * Which triangle each texel of an image shows, and where: by the texture coordinates of the corners, 6 values
+ * a triangle; (0, 0) is the image's lower left corner, (1, 1) its upper right one. Texels whose middle lies
+ * in a triangle show it there, the first one of several; others that triangles touch show about the
+ * place on them that is nearest to their middle. `triangles` takes a number a texel, rows from the bottom up,
+ * -1 where there is none; `weights` those of its 2nd and 3rd corner; `others` the number of another triangle
+ * that has the texel's middle as well, or -1.
+ */
+LM_API int lm_cover_texels(int32_t width, int32_t height, uint32_t triangle_count, const float* uvs,
+                           int32_t* triangles, float* weights, int32_t* others);
+/**
+ * Gives texels that are not filled, up to `margin` steps away from those that are, the mean of their
+ * neighbours. `values` has `channels` of them a texel; `filled` is 1 or 0, and becomes 1 there.
+ */
+LM_API int lm_fill_margin(int32_t width, int32_t height, int32_t channels, float* values, uint8_t* filled,
+                          int32_t margin);
 LM_API int lm_statistics(LmSession* session, LmStatistics* statistics);
 
 #ifdef __cplusplus

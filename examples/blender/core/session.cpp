@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +43,17 @@ void adopt_looks(Scene& scene, const Scene& other) {
     scene.texture_coordinates = other.texture_coordinates;
     for (std::size_t t = 0; t < scene.triangles.size(); ++t)
         scene.triangles[t].material = other.triangles[t].material;
+}
+
+/// Some of the vectors that lie at `values`; none if that is null.
+std::vector<glm::vec3> vectors(const float* values, std::size_t first, std::size_t count) {
+    std::vector<glm::vec3> some;
+    if (values == nullptr)
+        return some;
+    some.reserve(count);
+    for (const float* v = values + 3 * first; some.size() < count; v += 3)
+        some.emplace_back(v[0], v[1], v[2]);
+    return some;
 }
 
 Camera camera_of(const LmView& view) {
@@ -369,36 +381,32 @@ void Session::read(std::span<float> rgba) {
             *value++ = pixel[channel];
 }
 
-void Session::bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
-                   std::span<float> colours) {
+void Session::bake(const LmPoints& points, std::span<float> visible, std::span<float> colours) {
     stop();
     if (!embree_)
         throw std::logic_error("there is no scene to bake: lm_commit was not called, or failed");
     const std::size_t lights = scene_.lights.size();
-    const std::size_t all = positions.size() / 3;
+    const std::size_t all = points.count;
     constexpr std::size_t chunk = 256;
     const auto bake_chunk = [&](std::size_t number) {
         const std::size_t first = number * chunk;
         const std::size_t count = (std::min)(chunk, all - first);
-        std::vector<glm::vec3> places(count);
-        std::vector<glm::vec3> ways(count);
+        const std::vector<glm::vec3> places = vectors(points.positions, first, count);
+        const std::vector<glm::vec3> normals = vectors(points.normals, first, count);
+        const std::vector<glm::vec3> smooth = vectors(points.shading_normals, first, count);
         std::vector<std::uint32_t> seeds(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::size_t at = 3 * (first + i);
-            places[i] = {positions[at], positions[at + 1], positions[at + 2]};
-            ways[i] = {normals[at], normals[at + 1], normals[at + 2]};
-            seeds[i] = static_cast<std::uint32_t>(first + i);
-        }
+        std::iota(seeds.begin(), seeds.end(), static_cast<std::uint32_t>(first));
         std::vector<float> lit(count * lights);
         VisibilityCost cost;
-        visibility_->find({places, ways, seeds}, lit, cost);
+        visibility_->find({places, normals, seeds, smooth}, lit, cost);
         if (!visible.empty())
             std::ranges::copy(lit, visible.begin() + static_cast<std::ptrdiff_t>(first * lights));
         for (std::size_t i = 0; i < (colours.empty() ? 0 : count); ++i) {
+            const glm::vec3& normal = smooth.empty() ? normals[i] : smooth[i];
             glm::vec3 sum(0.0f);
             for (std::size_t l = 0; l < lights; ++l) {
                 const Illumination light = illuminate(scene_.lights[l], places[i]);
-                sum += lit[i * lights + l] * (std::max)(glm::dot(ways[i], light.to_light), 0.0f) *
+                sum += lit[i * lights + l] * (std::max)(glm::dot(normal, light.to_light), 0.0f) *
                        light.irradiance;
             }
             for (int channel = 0; channel < 3; ++channel)

@@ -69,8 +69,7 @@ public:
     LmState poll(std::chrono::duration<double> patience, float& progress);
     void read(std::span<float> rgba);
     /// `visible` and `colours` may be empty.
-    void bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
-              std::span<float> colours);
+    void bake(const LmPoints& points, std::span<float> visible, std::span<float> colours);
     void cancel() { cancel_ = true; }
     std::size_t light_count() const { return scene_.lights.size(); }
     LmStatistics statistics() const;

@@ -70,15 +70,23 @@ def _corner_normals(mesh, corners, vertices):
     return np.ascontiguousarray(normals).reshape(-1, 9)
 
 
-def _corner_uvs(mesh, corners):
-    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
-    if layer is None:
-        return None
+def active_uv_layer(mesh):
+    """The UV map that is edited; None if there is none."""
+    return mesh.uv_layers.active
+
+
+def rendered_uv_layer(mesh):
+    """The UV map that pictures are mapped by; None if there is none."""
+    return next((layer for layer in mesh.uv_layers if layer.active_render), None)
+
+
+def _corner_uvs(layer, corners):
     return _read(layer.data, 'uv', 2, np.float32)[corners].reshape(-1, 6)
 
 
-def mesh_arrays(mesh, slot_count, with_uvs):
-    """Positions, corners, material slots, and the normals and texture coordinates of the corners of triangles."""
+def mesh_arrays(mesh, slot_count, uv_layer):
+    """Positions, corners, material slots, and the normals and texture coordinates of the corners of triangles; None for
+    the last where there is no UV map."""
     mesh.calc_loop_triangles()
     corners, vertices = _corners(mesh)
     slots = np.zeros(len(corners), np.int32)
@@ -86,7 +94,7 @@ def mesh_arrays(mesh, slot_count, with_uvs):
         mesh.loop_triangles.foreach_get('material_index', slots)
         slots = np.clip(slots, 0, slot_count - 1)
     return (_read(mesh.vertices, 'co', 3, np.float32), vertices, slots, _corner_normals(mesh, corners, vertices),
-            _corner_uvs(mesh, corners) if with_uvs else None)
+            _corner_uvs(uv_layer, corners) if uv_layer is not None else None)
 
 
 class Untouched:
@@ -179,15 +187,19 @@ class _Exporter:
     @staticmethod
     def _arrays(thing, slot_count, with_uvs):
         """As `mesh_arrays`; None if there are no surfaces."""
+        def read(mesh):
+            if mesh is None or len(mesh.polygons) == 0:
+                return None
+            return mesh_arrays(mesh, slot_count, rendered_uv_layer(mesh) if with_uvs else None)
+
         if thing.type == 'MESH' and not getattr(thing.data, 'use_auto_smooth', False):
-            mesh = thing.data  # evaluated already: no copy
-            return mesh_arrays(mesh, slot_count, with_uvs) if len(mesh.polygons) != 0 else None
+            return read(thing.data)  # evaluated already: no copy
         try:
             mesh = thing.to_mesh()
         except RuntimeError:
             mesh = None
         try:
-            return mesh_arrays(mesh, slot_count, with_uvs) if mesh is not None and len(mesh.polygons) != 0 else None
+            return read(mesh)
         finally:
             thing.to_mesh_clear()
 
@@ -207,4 +219,4 @@ def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
     return exporter.lights
 
 
-__all__ = ['Cancelled', 'CoreError', 'Untouched', 'export', 'mesh_arrays']
+__all__ = ['Cancelled', 'CoreError', 'Untouched', 'active_uv_layer', 'export', 'mesh_arrays']
