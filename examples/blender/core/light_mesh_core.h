@@ -124,12 +124,12 @@ typedef struct LmStatistics {
     int64_t bytes;             /**< of caches and meshes */
     int64_t light_points;      /**< of meshes */
     int64_t records;           /**< of caches */
+    int64_t triangles;         /**< that are drawn, those of instances each time */
+    int64_t stored_triangles;  /**< of these, how many are in memory */
     int32_t groups;            /**< caches and meshes: one for each distinct setting */
     int32_t groups_kept;       /**< of these, how many the last commit found the same but for what moved */
-    int32_t triangles;
-    int32_t is_new_scene; /**< whether the last commit found other triangles than before */
-    int32_t moved_boxes;  /**< where the last commit found triangles moved */
-    int32_t reserved;
+    int32_t is_new_scene;      /**< whether the last commit found other triangles than before */
+    int32_t moved_boxes;       /**< where the last commit found triangles moved */
 } LmStatistics;
 
 LM_API int lm_abi(void);
@@ -153,7 +153,8 @@ LM_API int lm_add_material(LmSession* session, const LmMaterial* material);
 LM_API int lm_find_mesh(LmSession* session, uint64_t hash);
 /** Copies a mesh. Fails for values that are not finite and for numbers out of range. */
 LM_API int lm_add_mesh(LmSession* session, uint64_t hash, const LmMesh* mesh);
-/** Places a mesh: `matrix` is row-major, 3 rows of 4. `materials` are those of its slots. */
+/** Places a mesh: `matrix` is row-major, 3 rows of 4. `materials` are those of its slots. Large meshes that
+ * are placed several times with the same materials are kept once. */
 LM_API int lm_add_object(LmSession* session, int32_t mesh, const double* matrix, const int32_t* materials,
                          int32_t material_count);
 LM_API int lm_add_light(LmSession* session, const LmLight* light);

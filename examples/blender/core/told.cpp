@@ -109,6 +109,15 @@ ToldMesh told_mesh(const LmMesh& mesh) {
         made.slot_count = (std::max)(made.slot_count, triangle.material + 1);
         made.triangles.push_back(triangle);
     }
+    glm::vec3 farthest(0.0f);
+    glm::vec3 low((std::numeric_limits<float>::max)());
+    glm::vec3 high(-low);
+    for (const glm::vec3& position : made.positions) {
+        farthest = glm::max(farthest, glm::abs(position));
+        low = glm::min(low, position);
+        high = glm::max(high, position);
+    }
+    made.is_near_origin = !(glm::length(farthest) > 16.0f * glm::length(high - low));
     return made;
 }
 

@@ -54,9 +54,9 @@ class Points(c.Structure):
 class Statistics(c.Structure):
     _fields_ = [('seconds_building', c.c_double), ('seconds_rendering', c.c_double),
                 ('seconds_visibility', c.c_double), ('points', c.c_int64), ('shadow_rays', c.c_int64),
-                ('bytes', c.c_int64), ('light_points', c.c_int64), ('records', c.c_int64), ('groups', c.c_int32),
-                ('groups_kept', c.c_int32), ('triangles', c.c_int32), ('is_new_scene', c.c_int32),
-                ('moved_boxes', c.c_int32), ('reserved', c.c_int32)]
+                ('bytes', c.c_int64), ('light_points', c.c_int64), ('records', c.c_int64), ('triangles', c.c_int64),
+                ('stored_triangles', c.c_int64), ('groups', c.c_int32), ('groups_kept', c.c_int32),
+                ('is_new_scene', c.c_int32), ('moved_boxes', c.c_int32)]
 
 
 def _load():

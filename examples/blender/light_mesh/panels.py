@@ -77,7 +77,8 @@ class LIGHT_MESH_PT_shadows(_Panel, bpy.types.Panel):
         found = engine.statistics
         if found:
             column.label(text=f'Last picture: {found["seconds"]:.2f} s, of these {found["seconds_exporting"]:.2f} s for reading')
-            column.label(text=f'{found["triangles"]:,} triangles, {found["points"]:,} points shaded')
+            instanced = f' ({found["stored_triangles"]:,} in memory)' if found['stored_triangles'] < found['triangles'] else ''
+            column.label(text=f'{found["triangles"]:,} triangles{instanced}, {found["points"]:,} points shaded')
             column.label(text=f'{found["records"]:,} records, {found["light_points"]:,} light points, '
                               f'{found["bytes"] / 2**20:,.1f} MB')
 
