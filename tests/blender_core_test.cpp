@@ -34,7 +34,7 @@ struct Square {
     explicit Square(float half) : positions{-half, -half, 0, half, -half, 0, half, half, 0, -half, half, 0} {}
 
     LmMesh mesh() const {
-        return {"square", positions.data(), corners.data(), slots.data(), nullptr, uvs.data(), 4, 2};
+        return {"square", positions.data(), corners.data(), slots.data(), nullptr, nullptr, uvs.data(), 4, 2};
     }
     std::uint64_t hash() const { return lm_hash(1, positions.data(), positions.size() * sizeof(float)); }
 };
@@ -507,11 +507,38 @@ struct Ball {
                 corners.data(),
                 slots.data(),
                 normals.data(),
+                nullptr,
                 uvs.data(),
                 static_cast<std::uint32_t>(positions.size() / 3),
                 static_cast<std::uint32_t>(slots.size())};
     }
 };
+
+TEST_CASE("blender core: normals of vertices are those of all their corners") {
+    const Ball ball(24);
+    LmMesh mesh = ball.mesh();
+    const LmMaterial grey = matt(0.8f);
+    const auto origin = at(0, 0, 0);
+    const auto drawn = [&] {
+        const Session session(lm_new(0));
+        REQUIRE(lm_begin(session.get()) == 0);
+        const std::int32_t material = lm_add_material(session.get(), &grey);
+        const std::int32_t number = lm_add_mesh(session.get(), 1, &mesh);
+        REQUIRE(lm_add_object(session.get(), number, origin.data(), &material, 1) == 0);
+        const LmLight light = lamp(2, -2, 4, 8.0f, LM_NO_SHADOW);
+        REQUIRE(lm_add_light(session.get(), &light) == 0);
+        REQUIRE(lm_commit(session.get()) == 0);
+        return picture(session.get(), from_above(32, 32));
+    };
+    const std::vector<float> by_corner = drawn();
+    mesh.normals = nullptr;
+    const std::vector<float> facets = drawn();
+    mesh.vertex_normals = ball.positions.data();  // of a ball of radius 1 around 0
+    CHECK(drawn() == by_corner);
+    mesh.uvs = nullptr;
+    CHECK(drawn() == by_corner);
+    CHECK(facets != by_corner);
+}
 
 TEST_CASE("blender core: instances are drawn as copies are, and take the place of one") {
     const Ball ball(24);

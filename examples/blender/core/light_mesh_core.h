@@ -53,12 +53,13 @@ enum LmImageFlags { LM_IMAGE_LINEAR = 1 /**< not sRGB */, LM_IMAGE_CLAMP = 2 /**
 
 /** Triangles with what they have at their corners. */
 typedef struct LmMesh {
-    const char* name;       /**< for messages */
-    const float* positions; /**< 3 a vertex */
-    const int32_t* corners; /**< numbers of vertices, 3 a triangle */
-    const int32_t* slots;   /**< of the object's materials, 1 a triangle */
-    const float* normals;   /**< 9 a triangle, of any length; NULL: flat */
-    const float* uvs;       /**< 6 a triangle; NULL: none */
+    const char* name;            /**< for messages */
+    const float* positions;      /**< 3 a vertex */
+    const int32_t* corners;      /**< numbers of vertices, 3 a triangle */
+    const int32_t* slots;        /**< of the object's materials, 1 a triangle */
+    const float* normals;        /**< 9 a triangle, of any length; NULL: those of the vertices */
+    const float* vertex_normals; /**< 3 a vertex, of any length; NULL: flat, where there are no `normals` */
+    const float* uvs;            /**< 6 a triangle; NULL: none */
     uint32_t vertex_count;
     uint32_t triangle_count;
 } LmMesh;

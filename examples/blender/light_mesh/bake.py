@@ -62,7 +62,9 @@ class _Triangles:
             if layer is None:
                 raise core.CoreError(f'object "{thing.name}" has no UV map to bake an image through')
             self.uv_name = layer.name
-            positions, vertices, _, normals, uvs = mesh_arrays(mesh, 1, layer)
+            positions, vertices, _, normals, vertex_normals, uvs = mesh_arrays(mesh, 1, layer)
+            if normals is None:
+                normals = vertex_normals[vertices]
         finally:
             evaluated.to_mesh_clear()
         matrix = np.array(thing.matrix_world, np.float64)

@@ -27,8 +27,8 @@ class Material(c.Structure):
 
 class Mesh(c.Structure):
     _fields_ = [('name', c.c_char_p), ('positions', c.c_void_p), ('corners', c.c_void_p), ('slots', c.c_void_p),
-                ('normals', c.c_void_p), ('uvs', c.c_void_p), ('vertex_count', c.c_uint32),
-                ('triangle_count', c.c_uint32)]
+                ('normals', c.c_void_p), ('vertex_normals', c.c_void_p), ('uvs', c.c_void_p),
+                ('vertex_count', c.c_uint32), ('triangle_count', c.c_uint32)]
 
 
 class Light(c.Structure):
@@ -168,14 +168,14 @@ class Session:
         known = _library.lm_find_mesh(self._session, key)
         return known if known >= 0 else None
 
-    def add_mesh(self, key, name, positions, corners, slots, normals, uvs):
+    def add_mesh(self, key, name, positions, corners, slots, normals, vertex_normals, uvs):
         """`key`: the hash of the arrays. One that is known is not told again."""
         known = self.find_mesh(key)
         if known is not None:
             return known
         mesh = Mesh(name.encode(), _address(positions, np.float32, 3), _address(corners, np.int32, 3),
-                    _address(slots, np.int32), _address(normals, np.float32, 9), _address(uvs, np.float32, 6),
-                    len(positions), len(corners))
+                    _address(slots, np.int32), _address(normals, np.float32, 9), _address(vertex_normals, np.float32, 3),
+                    _address(uvs, np.float32, 6), len(positions), len(corners))
         return _checked(_library.lm_add_mesh(self._session, key, c.byref(mesh)))
 
     def add_object(self, mesh, matrix, materials):
