@@ -11,7 +11,7 @@ set(blender_environment BLENDER_USER_SCRIPTS=${PROJECT_BINARY_DIR}/examples/blen
                         BLENDER_USER_CONFIG=${PROJECT_BINARY_DIR}/tests/blender PYTHONDONTWRITEBYTECODE=1)
 set(blender ${LIGHTMESH_BLENDER} --factory-startup --addons light_mesh --python-exit-code 1 --python)
 list(INSERT blender 1 --background)
-foreach(script behaviour shadows units)
+foreach(script bake behaviour shadows units)
     add_test(NAME "blender: ${script}" COMMAND ${blender} ${CMAKE_CURRENT_SOURCE_DIR}/blender/${script}.py)
     set_tests_properties("blender: ${script}" PROPERTIES ENVIRONMENT "${blender_environment}" PASS_REGULAR_EXPRESSION
                                                                                               "\nOK\n" TIMEOUT 300)

@@ -73,11 +73,12 @@ public:
         return is_blocked(ray.tfar);
     }
 
-    /// Where a segment first meets a surface.
+    /// Where a segment first meets a surface, which may be an instance's, of one level.
     std::optional<lightmesh::Hit> closest_hit(const lightmesh::Segment& segment) const {
         RTCRayHit query{};
         query.ray = ray_along(segment, 0);
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
         rtcIntersect1(scene_, &query);
 #else
@@ -88,8 +89,10 @@ public:
         if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
             return std::nullopt;
         const float length = glm::length(segment.target - segment.origin);
-        return lightmesh::Hit{query.ray.tfar * length,
-                              glm::normalize(glm::vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z))};
+        glm::vec3 normal(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
+        if (query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID)
+            normal = in_world(normal, query.hit.instID[0]);
+        return lightmesh::Hit{query.ray.tfar * length, glm::normalize(normal)};
     }
 
     Batches batches() const {
@@ -158,6 +161,17 @@ private:
         }
 #endif
     };
+
+    /// What Embree gives as an instance's normal, in the instance's own coordinates.
+    glm::vec3 in_world(const glm::vec3& normal, unsigned instance) const {
+        std::array<float, 12> columns;
+        rtcGetGeometryTransform(rtcGetGeometry(scene_, instance), 0.0f, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
+                                columns.data());
+        const glm::vec3 x(columns[0], columns[1], columns[2]);
+        const glm::vec3 y(columns[3], columns[4], columns[5]);
+        const glm::vec3 z(columns[6], columns[7], columns[8]);
+        return normal.x * glm::cross(y, z) + normal.y * glm::cross(z, x) + normal.z * glm::cross(x, y);
+    }
 
     static std::uint32_t mixed(std::uint32_t hash, std::uint32_t value) {
         hash = (hash ^ value) * 0x9e3779b1u;

@@ -258,6 +258,7 @@ private:
 }  // namespace
 
 WideBvh build_wide_bvh(const Scene& scene) {
+    require_no_instances(scene, "a GPU");
     const std::unique_ptr<RTCDeviceTy, Release> device(rtcNewDevice(nullptr));
     const auto fail = [&](const char* what) {
         throw std::runtime_error("Embree: " + std::string(what) + " failed with error " +

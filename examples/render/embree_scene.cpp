@@ -12,7 +12,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -30,59 +30,36 @@ void check(RTCDevice device, const char* what) {
         throw_embree_error(code, what);
 }
 
-void copy_positions(const std::vector<glm::vec3>& points, void* buffer) {
+void copy_positions(std::span<const glm::vec3> points, void* buffer) {
     auto* positions = static_cast<float*>(buffer);
     for (const glm::vec3& position : points)
         for (int axis = 0; axis < 3; ++axis)
             *positions++ = position[axis];
 }
 
+void* vertices_of(RTCScene scene, unsigned number) {
+    return rtcGetGeometryBufferData(rtcGetGeometry(scene, number), RTC_BUFFER_TYPE_VERTEX, 0);
+}
+
 /// Gives a geometry of a committed scene its vertices' new places.
-void move_geometry(RTCScene scene, unsigned number, const std::vector<glm::vec3>& points) {
+void move_geometry(RTCScene scene, unsigned number, std::span<const glm::vec3> points) {
     RTCGeometry geometry = rtcGetGeometry(scene, number);
-    copy_positions(points, rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+    copy_positions(points, vertices_of(scene, number));
     rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(geometry);
 }
 
-std::vector<std::uint32_t> corners_of(const Scene& scene, const std::vector<std::uint32_t>& triangles) {
-    std::vector<std::uint32_t> corners;
-    corners.reserve(3 * triangles.size());
-    for (const std::uint32_t t : triangles)
-        corners.insert(corners.end(), std::begin(scene.triangles[t].vertex),
-                       std::end(scene.triangles[t].vertex));
-    return corners;
+/// Embree's number of the first instance: those before are geometries of triangles.
+constexpr unsigned first_instance = 2;
+
+void set_transform(RTCGeometry geometry, const Instance& instance) {
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, &instance.transform[0][0]);
+    rtcCommitGeometry(geometry);
 }
 
-const EmbreeScene& scene_of(const RTCFilterFunctionNArguments* hits) {
-    return *static_cast<const EmbreeScene*>(hits->geometryUserPtr);
-}
-
-/// Rays that look for surfaces pass holes.
-void pass_holes(const RTCFilterFunctionNArguments* hits) {
-    const EmbreeScene& scene = scene_of(hits);
-    for (unsigned i = 0; i < hits->N; ++i) {
-        if (hits->valid[i] == 0)
-            continue;
-        const std::uint32_t triangle = scene.translucent_triangle(RTCHitN_primID(hits->hit, hits->N, i));
-        if (is_hole(scene.scene(), triangle, RTCHitN_u(hits->hit, hits->N, i),
-                    RTCHitN_v(hits->hit, hits->N, i)))
-            hits->valid[i] = 0;
-    }
-}
-
-/// Shadow rays pass surfaces by the share of light that these let through.
-void pass_light(const RTCFilterFunctionNArguments* hits) {
-    const EmbreeScene& scene = scene_of(hits);
-    for (unsigned i = 0; i < hits->N; ++i) {
-        if (hits->valid[i] == 0)
-            continue;
-        const std::uint32_t triangle = scene.translucent_triangle(RTCHitN_primID(hits->hit, hits->N, i));
-        const float share = share_let_through(scene.scene(), triangle, RTCHitN_u(hits->hit, hits->N, i),
-                                              RTCHitN_v(hits->hit, hits->N, i));
-        if (EmbreeIntersector::passes(hits, i, triangle, share))
-            hits->valid[i] = 0;
-    }
+/// A surface that chance decides on: other instances of a triangle are other ones.
+std::uint32_t surface_number(std::uint32_t triangle, std::uint32_t instance) {
+    return instance == RTC_INVALID_GEOMETRY_ID ? triangle : triangle + 0x9e3779b9u * (instance + 1);
 }
 
 glm::vec3 interpolated_normal(const Scene& scene, const Triangle& triangle, float u, float v) {
@@ -94,28 +71,76 @@ glm::vec3 interpolated_normal(const Scene& scene, const Triangle& triangle, floa
 
 }  // namespace
 
+/// Rays that look for surfaces pass holes.
+void EmbreeScene::pass_holes(const RTCFilterFunctionNArguments* hits) {
+    const auto& level = *static_cast<const Level*>(hits->geometryUserPtr);
+    for (unsigned i = 0; i < hits->N; ++i) {
+        if (hits->valid[i] == 0)
+            continue;
+        const std::uint32_t triangle = level.translucent[RTCHitN_primID(hits->hit, hits->N, i)];
+        if (is_hole(level.owner.scene(), triangle, RTCHitN_u(hits->hit, hits->N, i),
+                    RTCHitN_v(hits->hit, hits->N, i)))
+            hits->valid[i] = 0;
+    }
+}
+
+/// Shadow rays pass surfaces by the share of light that these let through.
+void EmbreeScene::pass_light(const RTCFilterFunctionNArguments* hits) {
+    const auto& level = *static_cast<const Level*>(hits->geometryUserPtr);
+    for (unsigned i = 0; i < hits->N; ++i) {
+        if (hits->valid[i] == 0)
+            continue;
+        const std::uint32_t triangle = level.translucent[RTCHitN_primID(hits->hit, hits->N, i)];
+        const float share = share_let_through(level.owner.scene(), triangle, RTCHitN_u(hits->hit, hits->N, i),
+                                              RTCHitN_v(hits->hit, hits->N, i));
+        const std::uint32_t surface = surface_number(triangle, RTCHitN_instID(hits->hit, hits->N, i, 0));
+        if (EmbreeIntersector::passes(hits, i, surface, share))
+            hits->valid[i] = 0;
+    }
+}
+
 EmbreeScene::EmbreeScene(const Scene& scene, For use)
     : scene_(scene), use_(use), device_(rtcNewDevice(nullptr)) {
     measure();
     if (!device_)
         throw_embree_error(rtcGetDeviceError(nullptr), "opening the device");
     const Stopwatch watch;
-    handle_.reset(new_scene());
-    check(device_.get(), "making the scene");
-    for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
-        (may_let_light_through(scene.materials[scene.triangles[t].material]) ? translucent_ : opaque_)
-            .push_back(t);
-    RTCGeometry blocking = make_geometry(scene.positions, corners_of(scene, opaque_));
-    rtcCommitGeometry(blocking);
-    rtcAttachGeometry(handle_.get(), blocking);
-    if (!translucent_.empty()) {
-        add_translucent();
-        add_blockers(blocking);
-    }
-    rtcReleaseGeometry(blocking);
-    rtcCommitScene(handle_.get());
+    add_level({0, own_vertices(scene), 0, own_triangles(scene)});
+    for (const MeshPart& part : scene.parts)
+        add_level(part);
+    const bool lets_light_through =
+        std::ranges::any_of(levels_, [](const Level& level) { return !level.translucent.empty(); });
+    for (std::size_t part = 1; part < levels_.size(); ++part)
+        build(levels_[part], !levels_[part].translucent.empty());
+    build(levels_.front(), lets_light_through);
     check(device_.get(), "building the BVH");
     seconds_building_ = watch.seconds();
+}
+
+void EmbreeScene::add_level(const MeshPart& triangles) {
+    Level& level = levels_.emplace_back(Level{*this, triangles});
+    for (std::uint32_t t = 0; t < triangles.triangle_count; ++t) {
+        const std::uint32_t number = triangles.first_triangle + t;
+        (may_let_light_through(scene_.materials[scene_.triangles[number].material]) ? level.translucent
+                                                                                    : level.opaque)
+            .push_back(number);
+    }
+}
+
+void EmbreeScene::build(Level& level, bool with_blockers) {
+    level.handle.reset(new_scene());
+    check(device_.get(), "making the scene");
+    RTCGeometry blocking = make_geometry(points_of(level), corners_of(level, level.opaque));
+    rtcCommitGeometry(blocking);
+    rtcAttachGeometry(level.handle.get(), blocking);
+    if (!level.translucent.empty())
+        add_translucent(level);
+    if (with_blockers)
+        add_blockers(level, blocking);
+    rtcReleaseGeometry(blocking);
+    if (&level == &levels_.front())
+        add_instances(level.handle.get(), false);
+    rtcCommitScene(level.handle.get());
 }
 
 void EmbreeScene::measure() {
@@ -135,7 +160,21 @@ RTCScene EmbreeScene::new_scene() const {
     return made;
 }
 
-RTCGeometry EmbreeScene::make_geometry(const std::vector<glm::vec3>& points,
+std::span<const glm::vec3> EmbreeScene::points_of(const Level& level) const {
+    return std::span(scene_.positions).subspan(level.triangles.first_vertex, level.triangles.vertex_count);
+}
+
+std::vector<std::uint32_t> EmbreeScene::corners_of(const Level& level,
+                                                   const std::vector<std::uint32_t>& numbers) const {
+    std::vector<std::uint32_t> corners;
+    corners.reserve(3 * numbers.size());
+    for (const std::uint32_t t : numbers)
+        for (const std::uint32_t vertex : scene_.triangles[t].vertex)
+            corners.push_back(vertex - level.triangles.first_vertex);
+    return corners;
+}
+
+RTCGeometry EmbreeScene::make_geometry(std::span<const glm::vec3> points,
                                        const std::vector<std::uint32_t>& corners) const {
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     void* positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -156,28 +195,42 @@ RTCGeometry EmbreeScene::make_geometry(const std::vector<glm::vec3>& points,
     return geometry;
 }
 
-void EmbreeScene::add_translucent() {
-    RTCGeometry geometry = make_geometry(scene_.positions, corners_of(scene_, translucent_));
-    rtcSetGeometryUserData(geometry, this);
+void EmbreeScene::add_translucent(Level& level) {
+    RTCGeometry geometry = make_geometry(points_of(level), corners_of(level, level.translucent));
+    rtcSetGeometryUserData(geometry, &level);
     rtcSetGeometryIntersectFilterFunction(geometry, pass_holes);
     rtcSetGeometryOccludedFilterFunction(geometry, pass_light);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(handle_.get(), geometry);
+    rtcAttachGeometry(level.handle.get(), geometry);
     rtcReleaseGeometry(geometry);
 }
 
-void EmbreeScene::add_blockers(RTCGeometry opaque) {
-    blockers_.reset(new_scene());
-    rtcAttachGeometry(blockers_.get(), opaque);
-    const Blockers cut = cut_blockers(scene_, translucent_);
-    has_cut_blockers_ = !cut.indices.empty();
-    if (has_cut_blockers_) {
+void EmbreeScene::add_blockers(Level& level, RTCGeometry opaque) {
+    level.blockers.reset(new_scene());
+    rtcAttachGeometry(level.blockers.get(), opaque);
+    const Blockers cut = cut_blockers(scene_, level.translucent);
+    level.has_cut_blockers = !cut.indices.empty();
+    if (level.has_cut_blockers) {
         RTCGeometry geometry = make_geometry(cut.positions, cut.indices);
         rtcCommitGeometry(geometry);
-        rtcAttachGeometry(blockers_.get(), geometry);
+        rtcAttachGeometry(level.blockers.get(), geometry);
         rtcReleaseGeometry(geometry);
     }
-    rtcCommitScene(blockers_.get());
+    if (&level == &levels_.front())
+        add_instances(level.blockers.get(), true);
+    rtcCommitScene(level.blockers.get());
+}
+
+void EmbreeScene::add_instances(RTCScene to, bool of_blockers) {
+    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+        const Instance& instance = scene_.instances[i];
+        const Level& part = levels_[instance.part + 1];
+        RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(geometry, of_blockers ? part.blocking() : part.handle.get());
+        set_transform(geometry, instance);
+        rtcAttachGeometryByID(to, geometry, first_instance + static_cast<unsigned>(i));
+        rtcReleaseGeometry(geometry);
+    }
 }
 
 void EmbreeScene::update(const SceneChange& change) {
@@ -186,15 +239,29 @@ void EmbreeScene::update(const SceneChange& change) {
     if (change.boxes.empty())
         return;
     measure();
-    move_geometry(handle_.get(), 0, scene_.positions);
-    if (!translucent_.empty())
-        move_geometry(handle_.get(), 1, scene_.positions);
-    if (has_cut_blockers_)
-        move_geometry(blockers_.get(), 1, cut_blockers(scene_, translucent_).positions);
-    rtcCommitScene(handle_.get());
-    if (blockers_)
-        rtcCommitScene(blockers_.get());
+    for (std::size_t part = 1; part < levels_.size(); ++part) {
+        const std::span<const glm::vec3> points = points_of(levels_[part]);
+        if (std::memcmp(vertices_of(levels_[part].handle.get(), 0), points.data(), points.size_bytes()) != 0)
+            update(levels_[part]);
+    }
+    update(levels_.front());
     check(device_.get(), "fitting the BVH");
+}
+
+void EmbreeScene::update(Level& level) {
+    move_geometry(level.handle.get(), 0, points_of(level));
+    if (!level.translucent.empty())
+        move_geometry(level.handle.get(), 1, points_of(level));
+    if (level.has_cut_blockers)
+        move_geometry(level.blockers.get(), 1, cut_blockers(scene_, level.translucent).positions);
+    for (RTCScene bvh : {level.handle.get(), level.blockers.get()}) {
+        if (bvh == nullptr)
+            continue;
+        for (std::size_t i = 0; &level == &levels_.front() && i < scene_.instances.size(); ++i)
+            set_transform(rtcGetGeometry(bvh, first_instance + static_cast<unsigned>(i)),
+                          scene_.instances[i]);
+        rtcCommitScene(bvh);
+    }
 }
 
 std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& direction,
@@ -209,32 +276,45 @@ std::optional<Hit> EmbreeScene::trace(const glm::vec3& origin, const glm::vec3& 
     query.ray.tfar = length;
     query.ray.mask = ~0u;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
-    rtcIntersect1(handle_.get(), &query);
+    rtcIntersect1(handle(), &query);
 #else
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcIntersect1(handle_.get(), &context, &query);
+    rtcIntersect1(handle(), &context, &query);
 #endif
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return std::nullopt;
 
-    const std::uint32_t number = (query.hit.geomID == 0 ? opaque_ : translucent_)[query.hit.primID];
+    const Instance* instance = query.hit.instID[0] == RTC_INVALID_GEOMETRY_ID
+                                   ? nullptr
+                                   : &scene_.instances[query.hit.instID[0] - first_instance];
+    const Level& level = levels_[instance == nullptr ? 0 : instance->part + 1];
+    const std::uint32_t number = (query.hit.geomID == 0 ? level.opaque : level.translucent)[query.hit.primID];
     const Triangle& triangle = scene_.triangles[number];
-    const glm::vec3& a = scene_.positions[triangle.vertex[0]];
-    const glm::vec3& b = scene_.positions[triangle.vertex[1]];
-    const glm::vec3& c = scene_.positions[triangle.vertex[2]];
+    const auto corner = [&](int k) {
+        const glm::vec3& point = scene_.positions[triangle.vertex[k]];
+        return instance == nullptr ? point : placed(*instance, point);
+    };
+    const glm::vec3 a = corner(0);
+    const glm::vec3 b = corner(1);
+    const glm::vec3 c = corner(2);
     const float u = query.hit.u;
     const float v = query.hit.v;
     Hit hit{};
     // By its weights on the triangle a point is more precise than by the length of the ray.
     hit.position = (1.0f - u - v) * a + u * b + v * c;
     glm::vec3 normal = glm::normalize(glm::cross(b - a, c - a));
+    if (instance != nullptr && is_mirrored(*instance))
+        normal = -normal;
     hit.from_inside = glm::dot(normal, direction) > 0.0f;
     hit.geometric_normal = hit.from_inside ? -normal : normal;
     hit.shading_normal = hit.geometric_normal;
     if (!scene_.normals.empty()) {
-        const glm::vec3 smooth = interpolated_normal(scene_, triangle, u, v);
+        glm::vec3 smooth = interpolated_normal(scene_, triangle, u, v);
+        if (instance != nullptr)
+            smooth = placed_normal(*instance, smooth);
         const float size = glm::length(smooth);
         if (size > 0.0f)
             hit.shading_normal = smooth / (glm::dot(smooth, hit.geometric_normal) < 0.0f ? -size : size);

@@ -8,9 +8,11 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace demo {
@@ -20,14 +22,15 @@ struct Hit {
     glm::vec3 position;
     glm::vec3 geometric_normal;  ///< unit length, towards where the ray came from
     glm::vec3 shading_normal;    ///< unit length, on the same side
-    std::uint32_t triangle;
-    float u, v;  ///< weights of the triangle's second and third vertex
+    std::uint32_t triangle;      ///< of an instance the part's
+    float u, v;                  ///< weights of the triangle's second and third vertex
     std::uint32_t material;
     bool from_inside;  ///< whether the ray came from the back of the triangle
 };
 
 /// A scene's triangles in an Embree BVH. Those that light may pass lie in a geometry of their own, where
-/// filters ask the materials. Const members may be used by any number of threads.
+/// filters ask the materials. The parts that instances show have BVHs of their own, each once. Const members
+/// may be used by any number of threads.
 class EmbreeScene {
 public:
     /// What the BVH is made for: `films` takes an `update` in a fraction of the time to build it, and more
@@ -47,13 +50,11 @@ public:
     void update(const SceneChange& change);
 
     const Scene& scene() const { return scene_; }
-    RTCScene handle() const { return handle_.get(); }
+    RTCScene handle() const { return levels_.front().handle.get(); }
     /// What throws full shadows, for depth maps: triangles that light may pass are cut along their masks, and
     /// left out where they let more than half of it through. The same as `handle()` if there are none.
-    RTCScene blockers() const { return blockers_ ? blockers_.get() : handle_.get(); }
-    /// The scene's number of a triangle of the geometry that light may pass.
-    std::uint32_t translucent_triangle(std::uint32_t primitive) const { return translucent_[primitive]; }
-    EmbreeIntersector intersector() const { return EmbreeIntersector(handle_.get()); }
+    RTCScene blockers() const { return levels_.front().blocking(); }
+    EmbreeIntersector intersector() const { return EmbreeIntersector(handle()); }
 
     /// Seconds that the BVH took.
     double seconds_building() const { return seconds_building_; }
@@ -74,25 +75,48 @@ private:
         void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
         void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
     };
+    using SceneHandle = std::unique_ptr<RTCSceneTy, Release>;
+
+    /// Triangles with a BVH of their own: those that lie where they are drawn, or those of a part.
+    struct Level {
+        const EmbreeScene& owner;
+        MeshPart triangles;
+        /// Triangles that block everywhere, and those that may not, by their number in the scene.
+        std::vector<std::uint32_t> opaque{};
+        std::vector<std::uint32_t> translucent{};
+        SceneHandle handle{};
+        SceneHandle blockers{};         ///< null: the same
+        bool has_cut_blockers = false;  ///< as the second geometry of `blockers`
+
+        RTCScene blocking() const { return blockers ? blockers.get() : handle.get(); }
+    };
+
+    static void pass_holes(const RTCFilterFunctionNArguments* hits);
+    static void pass_light(const RTCFilterFunctionNArguments* hits);
+
     void measure();
+    void add_level(const MeshPart& triangles);
+    void build(Level& level, bool with_blockers);
     RTCScene new_scene() const;
-    RTCGeometry make_geometry(const std::vector<glm::vec3>& points,
+    std::span<const glm::vec3> points_of(const Level& level) const;
+    /// By their number among the level's vertices.
+    std::vector<std::uint32_t> corners_of(const Level& level,
+                                          const std::vector<std::uint32_t>& numbers) const;
+    RTCGeometry make_geometry(std::span<const glm::vec3> points,
                               const std::vector<std::uint32_t>& corners) const;
-    void add_translucent();
-    void add_blockers(RTCGeometry opaque);
+    void add_translucent(Level& level);
+    void add_blockers(Level& level, RTCGeometry opaque);
+    void add_instances(RTCScene to, bool of_blockers);
+    void update(Level& level);
 
     const Scene& scene_;
     For use_;
-    /// Triangles that block everywhere, and those that may not, by their number in the scene.
-    std::vector<std::uint32_t> opaque_;
-    std::vector<std::uint32_t> translucent_;
     double seconds_building_;
     float offset_;
     float diagonal_;
     std::unique_ptr<RTCDeviceTy, Release> device_;
-    std::unique_ptr<RTCSceneTy, Release> handle_;
-    std::unique_ptr<RTCSceneTy, Release> blockers_;
-    bool has_cut_blockers_ = false;  ///< as the second geometry of `blockers_`
+    /// First the triangles that lie where they are drawn, whose BVHs have the instances too; then the parts.
+    std::deque<Level> levels_;
 };
 
 }  // namespace demo

@@ -17,6 +17,7 @@ namespace demo {
 class SceneOccluders {
 public:
     explicit SceneOccluders(const Scene& scene) : scene_(&scene) {
+        require_no_instances(scene, "shadow volumes");
         if (has_translucent(scene))
             cut_ = std::make_shared<Blockers>(all_blockers(scene));
     }

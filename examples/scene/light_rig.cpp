@@ -162,9 +162,16 @@ Bounds bounds_of(const Scene& scene) {
         return {};
     }
     Bounds bounds{scene.positions[0], scene.positions[0]};
-    for (const glm::vec3& p : scene.positions) {
-        bounds.low = glm::min(bounds.low, p);
-        bounds.high = glm::max(bounds.high, p);
+    const auto widen = [&](const glm::vec3& low, const glm::vec3& high) {
+        bounds.low = glm::min(bounds.low, low);
+        bounds.high = glm::max(bounds.high, high);
+    };
+    for (const glm::vec3& p : std::span(scene.positions).first(own_vertices(scene)))
+        widen(p, p);
+    const std::vector<lightmesh::Bounds> boxes = boxes_of_parts(scene);
+    for (const Instance& instance : scene.instances) {
+        const lightmesh::Bounds box = placed(instance, boxes[instance.part]);
+        widen(box.low, box.high);
     }
     return bounds;
 }

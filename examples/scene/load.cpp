@@ -42,6 +42,7 @@ AnimatedScene load_animated(const std::string& name_or_file, const ImportOptions
 }
 
 std::vector<std::uint32_t> indices_of(const Scene& scene) {
+    require_no_instances(scene, "a list of triangles");
     std::vector<std::uint32_t> indices;
     indices.reserve(3 * scene.triangles.size());
     for (const Triangle& triangle : scene.triangles)

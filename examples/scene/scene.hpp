@@ -2,6 +2,7 @@
 #pragma once
 
 #include "image/texture.hpp"
+#include "scene/instances.hpp"
 
 #include <lightmesh/lights.hpp>
 
@@ -124,6 +125,9 @@ struct Scene {
     std::vector<glm::vec4> colours;  ///< per vertex, linear, with alpha; empty: white
     std::array<std::vector<glm::vec2>, 2> texture_coordinates;  ///< per vertex; empty: none
     std::vector<Triangle> triangles;
+    /// Triangles that only instances show: after all others, part by part, and so are their vertices.
+    std::vector<MeshPart> parts;
+    std::vector<Instance> instances;
     std::vector<Material> materials;
     std::vector<Texture> textures;
     std::vector<SceneLight> lights;
@@ -161,7 +165,7 @@ Scene make_street();
 /// The lights as a light mesh takes them.
 std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene);
 
-/// The triangles' vertices, three a triangle.
+/// The triangles' vertices, three a triangle. Throws std::invalid_argument for a scene with instances.
 std::vector<std::uint32_t> indices_of(const Scene& scene);
 
 /// Names of the built-in scenes, as `load_scene` takes them.

@@ -68,6 +68,8 @@ bool same(const Material& a, const Material& b) {
 bool same_but_for_places(const Scene& a, const Scene& b) {
     return a.positions.size() == b.positions.size() && a.normals.size() == b.normals.size() &&
            a.lights.size() == b.lights.size() && same_bits(a.triangles, b.triangles) &&
+           same_bits(a.parts, b.parts) &&
+           std::ranges::equal(a.instances, b.instances, {}, &Instance::part, &Instance::part) &&
            same_bits(a.colours, b.colours) && same_bits(a.texture_coordinates[0], b.texture_coordinates[0]) &&
            same_bits(a.texture_coordinates[1], b.texture_coordinates[1]) &&
            std::ranges::equal(a.materials, b.materials,
@@ -84,6 +86,25 @@ Bounds around(const Scene& scene, const Triangle& triangle) {
     for (const std::uint32_t vertex : triangle.vertex)
         box = common(box, {scene.positions[vertex], scene.positions[vertex]});
     return box;
+}
+
+/// Boxes around the instances that moved, or whose part has other places, before and after.
+void add_moved_instances(std::vector<Bounds>& moved, const Scene& before, const Scene& after) {
+    std::vector<bool> has_moved;
+    for (const MeshPart& part : after.parts)
+        has_moved.push_back(std::memcmp(&before.positions[part.first_vertex],
+                                        &after.positions[part.first_vertex],
+                                        part.vertex_count * sizeof(glm::vec3)) != 0);
+    const std::vector<Bounds> boxes_before = boxes_of_parts(before);
+    const std::vector<Bounds> boxes_after = boxes_of_parts(after);
+    for (std::size_t i = 0; i < after.instances.size(); ++i) {
+        const Instance& was = before.instances[i];
+        const Instance& is = after.instances[i];
+        if (has_moved[is.part] || !same_bits(was.transform, is.transform)) {
+            moved.push_back(placed(was, boxes_before[was.part]));
+            moved.push_back(placed(is, boxes_after[is.part]));
+        }
+    }
 }
 
 /// Half of the surface.
@@ -176,13 +197,14 @@ SceneChange difference(const Scene& before, const Scene& after) {
         if (!same_shape(before.lights[i].shape, after.lights[i].shape))
             change.lights.push_back(i);
     std::vector<Bounds> moved;
-    for (const Triangle& triangle : after.triangles)
+    for (const Triangle& triangle : std::span(after.triangles).first(own_triangles(after)))
         if (std::ranges::any_of(triangle.vertex, [&](std::uint32_t vertex) {
                 return !same_bits(before.positions[vertex], after.positions[vertex]);
             })) {
             moved.push_back(around(before, triangle));
             moved.push_back(around(after, triangle));
         }
+    add_moved_instances(moved, before, after);
     change.boxes = few_boxes(moved);
     return change;
 }

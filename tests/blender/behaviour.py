@@ -125,6 +125,62 @@ class Behaviour(unittest.TestCase):
             self.assertTrue((picture() == from_film).all(), frame)
         self.assertFalse((film[0] == film[1]).all())
 
+    def test_instances_are_kept_once(self):
+        """Linked duplicates, instances of a collection and of geometry nodes, drawn as copies are."""
+        plane(12)
+        first = ball(.5, (-2, 0, .6))
+        linked = add('Linked', first.data, (0, .5, .6), (0, .5, 1))
+        linked.scale = .8, 1.2, -1
+        collection = bpy.data.collections.new('Balls')
+        collection.objects.link(add('In the collection', first.data, (0, 0, .5)))
+        SCENE.collection.objects.unlink(SCENE.objects['In the collection'])
+        empty = add('Empty', None, (2, 0, 0), (0, 0, 1))
+        empty.instance_type, empty.instance_collection = 'COLLECTION', collection
+        nodes = bpy.data.node_groups.new('Nodes', 'GeometryNodeTree')
+        nodes.outputs.new('NodeSocketGeometry', 'Geometry')
+        points, info, on_points, out = (nodes.nodes.new(kind) for kind in (
+            'GeometryNodeMeshLine', 'GeometryNodeCollectionInfo', 'GeometryNodeInstanceOnPoints', 'NodeGroupOutput'))
+        points.inputs['Count'].default_value = 4
+        points.inputs['Start Location'].default_value = -2, -2, 0
+        points.inputs['Offset'].default_value = 1.3, 0, 0
+        info.inputs['Collection'].default_value = collection
+        for from_socket, to_socket in ((points.outputs['Mesh'], on_points.inputs['Points']),
+                                       (info.outputs[0], on_points.inputs['Instance']),
+                                       (on_points.outputs[0], out.inputs[0])):
+            nodes.links.new(from_socket, to_socket)
+        scattered = add('Scattered', bpy.data.meshes.new('Nothing'))
+        scattered.modifiers.new('Nodes', 'NODES').node_group = nodes
+        lamp('POINT', (2, 1, 4), 500, shadow_soft_size=.2)
+        camera((0, -7, 5), (.95, 0, 0))
+        bpy.context.view_layer.update()
+        SCENE.light_mesh.samples = 8
+        shared = picture()
+        of_ball = 2 * 48 * 23
+        self.assertEqual(engine.statistics['triangles'], 7 * of_ball + 2)
+        self.assertEqual(engine.statistics['stored_triangles'], of_ball + 2)
+        # The same, moved, as in a film.
+        linked.location.x = .3
+        moved = picture()
+        self.assertEqual(engine.statistics['is_new_scene'], 0)
+        self.assertEqual(engine.statistics['groups_kept'], 1)
+        linked.location.x = 0
+        # Copies with a mesh of their own each.
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        places = [instance.matrix_world.copy() for instance in depsgraph.object_instances
+                  if instance.object.type == 'MESH' and len(instance.object.data.polygons) > 100]
+        self.assertEqual(len(places), 7)
+        data = first.data
+        for thing in (first, linked, empty, scattered):
+            bpy.data.objects.remove(thing)
+        for i, place in enumerate(places):
+            own = add('Copy', data.copy())
+            own.matrix_world = place
+            own.data.vertices[0].co.x += 1e-6 * (i + 1)
+        copied = picture()
+        self.assertEqual(engine.statistics['stored_triangles'], 7 * of_ball + 2)
+        self.assertLess(np.abs(shared - copied).mean(), 1e-4)
+        self.assertGreater(np.abs(shared - moved).mean(), 1e-3)
+
     def test_cancel(self):
         """The core ends a picture of a day within a second."""
         scene()
@@ -143,34 +199,6 @@ class Behaviour(unittest.TestCase):
         self.assertEqual(session.poll(0)[0], core.CANCELLED)
         timer.join()
         session.close()
-
-    def test_bake(self):
-        """Below a plate it is dark, far from it as bright as by the law of squares; a matt picture agrees."""
-        bpy.ops.mesh.primitive_grid_add(x_subdivisions=40, y_subdivisions=40, size=8)
-        floor = bpy.context.object
-        box((1, 1, .02), (0, 0, 1))
-        light = lamp('POINT', (0, 0, 3), 100 * np.pi ** 2 * 4, shadow_soft_size=.1)
-        camera()
-        bpy.ops.object.select_all(action='DESELECT')
-        floor.select_set(True)
-        places = np.array([tuple(vertex.co) for vertex in floor.data.vertices])
-        distances = np.linalg.norm(places - (0, 0, 3), axis=1)
-        under = np.abs(places[:, :2]).max(axis=1) < .5
-        away = np.abs(places[:, :2]).max(axis=1) > 1.2
-        baked = {}
-        for what in ('LIGHT', 'VISIBILITY'):
-            self.assertEqual(bpy.ops.object.light_mesh_bake(what=what), {'FINISHED'})
-            values = np.empty(4 * len(places), np.float32)
-            floor.data.color_attributes['Soft Shadows'].data.foreach_get('color', values)
-            baked[what] = values.reshape(-1, 4)[:, 0]
-        self.assertEqual(len(floor.data.color_attributes), 1)
-        self.assertTrue((baked['VISIBILITY'][under] == 0).all())
-        self.assertTrue((baked['VISIBILITY'][away] == 1).all())
-        expected = 100 / distances ** 2 * 3 / distances
-        self.assertTrue(np.allclose(baked['LIGHT'][away], expected[away], rtol=2e-3))
-        light.data.energy = float('inf')
-        with self.assertRaisesRegex(RuntimeError, 'not finite'):
-            bpy.ops.object.light_mesh_bake()
 
     def test_view_layers(self):
         scene()

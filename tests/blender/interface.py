@@ -137,6 +137,42 @@ def viewport_steps():
     yield .2
 
 
+def baking_steps():
+    """The panel of baking with each of its targets; and a bake that lets the interface go on."""
+    from light_mesh import panels
+    panel = panels.LIGHT_MESH_PT_bake
+    draw, drawn_with = panel.draw, []
+    settings = bpy.context.scene.light_mesh.bake
+
+    def noticed(self, context):
+        draw(self, context)
+        drawn_with.append((settings.target, settings.image is None))
+
+    panel.draw = noticed
+    bpy.utils.unregister_class(panel)
+    panel.bl_options = set()  # not closed, in a part of the window that has not drawn it yet
+    bpy.utils.register_class(panel)
+    for target in ('ATTRIBUTE', 'IMAGE'):
+        settings.target = target
+        yield from shown('RENDER')
+    settings.width = settings.height = 128
+    cube = bpy.context.scene.objects['Cube']
+    cube.select_set(True)
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=area_of('PROPERTIES')):
+        assert bpy.ops.object.light_mesh_bake('INVOKE_DEFAULT') == {'RUNNING_MODAL'}
+    for _ in range(100):
+        yield .05
+        if settings.image is not None:
+            break
+    pixels = np.empty(4 * 128 ** 2, np.float32)
+    settings.image.pixels.foreach_get(pixels)
+    assert .03 < pixels.reshape(-1, 4)[:, :3].mean() < .9, pixels.reshape(-1, 4).mean(axis=0)
+    yield from shown('RENDER')
+    assert set(drawn_with) == {('ATTRIBUTE', True), ('IMAGE', True), ('IMAGE', False)}, drawn_with
+    panel.draw = draw
+
+
 def steps():
     from light_mesh import core, engine
     scene = bpy.context.scene
@@ -151,6 +187,7 @@ def steps():
     area_of('PROPERTIES').type = 'OUTLINER'
     area_of('VIEW_3D').type = 'PROPERTIES'
     yield .3
+    yield from baking_steps()
     pictures = {}
     for tab in ('RENDER', 'DATA', 'WORLD', 'OUTPUT'):
         pictures[tab] = yield from shown(tab)
@@ -184,7 +221,7 @@ def steps():
         if not bpy.app.is_job_running('RENDER'):
             break
     assert not bpy.app.is_job_running('RENDER')
-    assert core.ABI == 1
+    assert core.ABI == 2
 
 
 def run():

@@ -2,6 +2,7 @@
 #include "blender/core/light_mesh_core.h"
 
 #include "blender/core/session.hpp"
+#include "blender/core/texels.hpp"
 
 #include <array>
 #include <chrono>
@@ -47,6 +48,13 @@ int or_error(Function&& function) {
         last_error = "an error without words";
     }
     return -1;
+}
+
+std::size_t texel_count(int32_t width, int32_t height) {
+    if (width < 1 || height < 1)
+        throw std::invalid_argument("an image of " + std::to_string(width) + " x " + std::to_string(height) +
+                                    " texels");
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
 }
 
 }  // namespace
@@ -179,19 +187,49 @@ void lm_cancel(LmSession* session) {
         session->session.cancel();
 }
 
-int lm_bake(LmSession* session, uint32_t point_count, const float* positions, const float* normals,
-            float* visible, float* colours) {
+int lm_bake(LmSession* session, const LmPoints* points, float* visible, float* colours) {
     return or_error([&] {
         demo::Session& baking = checked(session);
-        const std::size_t count = 3 * std::size_t{point_count};
+        const LmPoints& told = checked(points, "what holds the points");
+        const std::size_t count = told.count;
         if (count > 0) {
-            checked(positions, "what holds the positions");
-            checked(normals, "what holds the normals");
+            checked(told.positions, "what holds the positions");
+            checked(told.normals, "what holds the normals");
         }
         const std::size_t lights = baking.light_count();
-        baking.bake({positions, count}, {normals, count},
-                    {visible, visible == nullptr ? 0 : lights * std::size_t{point_count}},
-                    {colours, colours == nullptr ? 0 : count});
+        baking.bake(told, {visible, visible == nullptr ? 0 : lights * count},
+                    {colours, colours == nullptr ? 0 : 3 * count});
+        return 0;
+    });
+}
+
+int lm_cover_texels(int32_t width, int32_t height, uint32_t triangle_count, const float* uvs,
+                    int32_t* triangles, float* weights, int32_t* others) {
+    return or_error([&] {
+        const std::size_t texels = texel_count(width, height);
+        if (triangle_count > 0)
+            checked(uvs, "what holds the texture coordinates");
+        if (triangle_count > static_cast<uint32_t>((std::numeric_limits<int32_t>::max)()))
+            throw std::length_error(std::to_string(triangle_count) + " triangles, more than 2^31");
+        checked(triangles, "what takes the triangles");
+        checked(weights, "what takes the weights");
+        checked(others, "what takes the other triangles");
+        demo::cover_texels({uvs, 6 * std::size_t{triangle_count}},
+                           {width, height, {triangles, texels}, {weights, 2 * texels}, {others, texels}});
+        return 0;
+    });
+}
+
+int lm_fill_margin(int32_t width, int32_t height, int32_t channels, float* values, uint8_t* filled,
+                   int32_t margin) {
+    return or_error([&] {
+        const std::size_t texels = texel_count(width, height);
+        if (channels < 1)
+            throw std::invalid_argument("texels of " + std::to_string(channels) + " channels");
+        checked(values, "what holds the texels");
+        checked(filled, "what tells the filled texels");
+        demo::fill_margin(width, height, channels, {values, texels * static_cast<std::size_t>(channels)},
+                          {filled, texels}, margin);
         return 0;
     });
 }

@@ -30,7 +30,7 @@ extern "C" {
 #endif
 
 /** Of this file: programs that were made for another one must not go on. */
-#define LM_ABI 1
+#define LM_ABI 2
 
 typedef struct LmSession LmSession;
 
@@ -53,12 +53,13 @@ enum LmImageFlags { LM_IMAGE_LINEAR = 1 /**< not sRGB */, LM_IMAGE_CLAMP = 2 /**
 
 /** Triangles with what they have at their corners. */
 typedef struct LmMesh {
-    const char* name;       /**< for messages */
-    const float* positions; /**< 3 a vertex */
-    const int32_t* corners; /**< numbers of vertices, 3 a triangle */
-    const int32_t* slots;   /**< of the object's materials, 1 a triangle */
-    const float* normals;   /**< 9 a triangle, of any length; NULL: flat */
-    const float* uvs;       /**< 6 a triangle; NULL: none */
+    const char* name;            /**< for messages */
+    const float* positions;      /**< 3 a vertex */
+    const int32_t* corners;      /**< numbers of vertices, 3 a triangle */
+    const int32_t* slots;        /**< of the object's materials, 1 a triangle */
+    const float* normals;        /**< 9 a triangle, of any length; NULL: those of the vertices */
+    const float* vertex_normals; /**< 3 a vertex, of any length; NULL: flat, where there are no `normals` */
+    const float* uvs;            /**< 6 a triangle; NULL: none */
     uint32_t vertex_count;
     uint32_t triangle_count;
 } LmMesh;
@@ -124,12 +125,12 @@ typedef struct LmStatistics {
     int64_t bytes;             /**< of caches and meshes */
     int64_t light_points;      /**< of meshes */
     int64_t records;           /**< of caches */
+    int64_t triangles;         /**< that are drawn, those of instances each time */
+    int64_t stored_triangles;  /**< of these, how many are in memory */
     int32_t groups;            /**< caches and meshes: one for each distinct setting */
     int32_t groups_kept;       /**< of these, how many the last commit found the same but for what moved */
-    int32_t triangles;
-    int32_t is_new_scene; /**< whether the last commit found other triangles than before */
-    int32_t moved_boxes;  /**< where the last commit found triangles moved */
-    int32_t reserved;
+    int32_t is_new_scene;      /**< whether the last commit found other triangles than before */
+    int32_t moved_boxes;       /**< where the last commit found triangles moved */
 } LmStatistics;
 
 LM_API int lm_abi(void);
@@ -153,7 +154,8 @@ LM_API int lm_add_material(LmSession* session, const LmMaterial* material);
 LM_API int lm_find_mesh(LmSession* session, uint64_t hash);
 /** Copies a mesh. Fails for values that are not finite and for numbers out of range. */
 LM_API int lm_add_mesh(LmSession* session, uint64_t hash, const LmMesh* mesh);
-/** Places a mesh: `matrix` is row-major, 3 rows of 4. `materials` are those of its slots. */
+/** Places a mesh: `matrix` is row-major, 3 rows of 4. `materials` are those of its slots. Large meshes that
+ * are placed several times with the same materials are kept once. */
 LM_API int lm_add_object(LmSession* session, int32_t mesh, const double* matrix, const int32_t* materials,
                          int32_t material_count);
 LM_API int lm_add_light(LmSession* session, const LmLight* light);
@@ -170,14 +172,35 @@ LM_API int lm_poll(LmSession* session, double seconds, float* progress);
 LM_API int lm_read(LmSession* session, float* rgba, size_t float_count);
 /** The picture ends soon; from any thread. */
 LM_API void lm_cancel(LmSession* session);
+/** Points of surfaces; 3 values a point. */
+typedef struct LmPoints {
+    const float* positions;
+    const float* normals;         /**< of the surface itself: unit length, on the shaded side, as the next */
+    const float* shading_normals; /**< of smooth shading; NULL: `normals` */
+    uint32_t count;
+} LmPoints;
 /**
- * What points of surfaces get from the lights: for baking. `positions` and `normals` (unit length, on the
- * shaded side) have 3 values a point. `visible` takes the share of each light that is seen from a point,
- * point by point and in the order of lm_add_light; `colours` what a white matt surface sends back there, RGB.
- * Both may be NULL. Comes back when it is done; ends a picture that is being rendered.
+ * What points of surfaces get from the lights: for baking. `visible` takes the share of each light that is
+ * seen from a point, point by point and in the order of lm_add_light; `colours` what a white matt surface
+ * sends back there, RGB. Both may be NULL. Comes back when it is done; ends a picture that is being rendered.
  */
-LM_API int lm_bake(LmSession* session, uint32_t point_count, const float* positions, const float* normals,
-                   float* visible, float* colours);
+LM_API int lm_bake(LmSession* session, const LmPoints* points, float* visible, float* colours);
+/**
+ * Which triangle each texel of an image shows, and where: by the texture coordinates of the corners, 6 values
+ * a triangle; (0, 0) is the image's lower left corner, (1, 1) its upper right one. Texels whose middle lies
+ * in a triangle show it there, the first one of several; others that triangles touch show about the
+ * place on them that is nearest to their middle. `triangles` takes a number a texel, rows from the bottom up,
+ * -1 where there is none; `weights` those of its 2nd and 3rd corner; `others` the number of another triangle
+ * that has the texel's middle as well, or -1.
+ */
+LM_API int lm_cover_texels(int32_t width, int32_t height, uint32_t triangle_count, const float* uvs,
+                           int32_t* triangles, float* weights, int32_t* others);
+/**
+ * Gives texels that are not filled, up to `margin` steps away from those that are, the mean of their
+ * neighbours. `values` has `channels` of them a texel; `filled` is 1 or 0, and becomes 1 there.
+ */
+LM_API int lm_fill_margin(int32_t width, int32_t height, int32_t channels, float* values, uint8_t* filled,
+                          int32_t margin);
 LM_API int lm_statistics(LmSession* session, LmStatistics* statistics);
 
 #ifdef __cplusplus

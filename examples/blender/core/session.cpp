@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +44,33 @@ void adopt_looks(Scene& scene, const Scene& other) {
     scene.texture_coordinates = other.texture_coordinates;
     for (std::size_t t = 0; t < scene.triangles.size(); ++t)
         scene.triangles[t].material = other.triangles[t].material;
+}
+
+glm::dmat3 turn_of(const PlacedMesh& object) {
+    const std::array<double, 12>& m = object.matrix;
+    return {m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]};
+}
+
+glm::dvec3 place_of(const PlacedMesh& object) {
+    return {object.matrix[3], object.matrix[7], object.matrix[11]};
+}
+
+/// Whether rays are as exact in the mesh's own coordinates as in the world's.
+bool can_be_instance(const ToldMesh& mesh, const PlacedMesh& object) {
+    const glm::dmat3 turn = turn_of(object);
+    const double most = (std::max)({glm::length(turn[0]), glm::length(turn[1]), glm::length(turn[2])});
+    return mesh.is_near_origin && std::abs(glm::determinant(turn)) > 0.01 * most * most * most;
+}
+
+/// Some of the vectors that lie at `values`; none if that is null.
+std::vector<glm::vec3> vectors(const float* values, std::size_t first, std::size_t count) {
+    std::vector<glm::vec3> some;
+    if (values == nullptr)
+        return some;
+    some.reserve(count);
+    for (const float* v = values + 3 * first; some.size() < count; v += 3)
+        some.emplace_back(v[0], v[1], v[2]);
+    return some;
 }
 
 Camera camera_of(const LmView& view) {
@@ -165,9 +194,8 @@ void Session::add_light(const LmLight& light) {
 
 void Session::place(Scene& scene, const PlacedMesh& object, bool with_uvs) const {
     const ToldMesh& mesh = *meshes_.at(object.hash);
-    const std::array<double, 12>& m = object.matrix;
-    const glm::dmat3 turn(m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]);
-    const glm::dvec3 to(m[3], m[7], m[11]);
+    const glm::dmat3 turn = turn_of(object);
+    const glm::dvec3 to = place_of(object);
     const double volume = glm::determinant(turn);
     const glm::mat3 normal_turn(volume != 0.0 ? glm::transpose(glm::inverse(turn)) : turn);
     const auto first = static_cast<std::uint32_t>(scene.positions.size());
@@ -190,6 +218,51 @@ void Session::place(Scene& scene, const PlacedMesh& object, bool with_uvs) const
     }
 }
 
+void Session::add_part(Scene& scene, const std::vector<const PlacedMesh*>& objects, bool with_uvs) const {
+    const PlacedMesh& first = *objects.front();
+    const ToldMesh& mesh = *meshes_.at(first.hash);
+    const auto number = static_cast<std::uint32_t>(scene.parts.size());
+    scene.parts.push_back({static_cast<std::uint32_t>(scene.positions.size()),
+                           static_cast<std::uint32_t>(mesh.positions.size()),
+                           static_cast<std::uint32_t>(scene.triangles.size()),
+                           static_cast<std::uint32_t>(mesh.triangles.size())});
+    place(scene, {first.hash, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, first.materials}, with_uvs);
+    for (const PlacedMesh* object : objects) {
+        const glm::dmat3 turn = turn_of(*object);
+        scene.instances.push_back({number, glm::mat4x3(glm::vec3(turn[0]), glm::vec3(turn[1]),
+                                                       glm::vec3(turn[2]), glm::vec3(place_of(*object)))});
+    }
+}
+
+Session::Placing Session::sort_objects(std::span<const PlacedMesh> objects) const {
+    // In the order of the first object of each, which is the same in all frames of a film.
+    std::map<std::pair<std::uint64_t, std::vector<std::int32_t>>, std::size_t> numbers;
+    std::vector<std::vector<const PlacedMesh*>> groups;
+    for (const PlacedMesh& object : objects) {
+        if (!can_be_instance(*meshes_.at(object.hash), object))
+            continue;
+        const auto [number, is_new] = numbers.try_emplace({object.hash, object.materials}, groups.size());
+        if (is_new)
+            groups.emplace_back();
+        groups[number->second].push_back(&object);
+    }
+    std::set<const PlacedMesh*> shared;
+    Placing placing;
+    for (std::vector<const PlacedMesh*>& alike : groups) {
+        const std::size_t triangles = meshes_.at(alike.front()->hash)->triangles.size();
+        const std::size_t saved = (alike.size() - 1) * triangles;
+        // Rays through a few small copies take less time than rays through instances.
+        if (saved > 0 && (triangles >= 256 || saved >= (std::size_t{1} << 18))) {
+            shared.insert(alike.begin(), alike.end());
+            placing.parts.push_back(std::move(alike));
+        }
+    }
+    for (const PlacedMesh& object : objects)
+        if (!shared.contains(&object))
+            placing.copies.push_back(&object);
+    return placing;
+}
+
 Scene Session::assemble(const Told& told, bool with_triangles) const {
     Scene scene;
     scene.materials = told.materials;
@@ -197,19 +270,23 @@ Scene Session::assemble(const Told& told, bool with_triangles) const {
     scene.lights = told.lights;
     if (!with_triangles)
         return scene;
+    const Placing placing = sort_objects(told.objects);
     std::size_t vertices = 0;
     std::size_t triangles = 0;
-    for (const PlacedMesh& object : told.objects) {
-        vertices += meshes_.at(object.hash)->positions.size();
-        triangles += meshes_.at(object.hash)->triangles.size();
-    }
+    const auto count = [&](const PlacedMesh* object) {
+        vertices += meshes_.at(object->hash)->positions.size();
+        triangles += meshes_.at(object->hash)->triangles.size();
+    };
+    std::ranges::for_each(placing.copies, count);
+    for (const std::vector<const PlacedMesh*>& part : placing.parts)
+        count(part.front());
     if (vertices > (std::numeric_limits<std::uint32_t>::max)() - 3)
         throw std::length_error("the scene has " + std::to_string(vertices) + " vertices, more than 2^32");
     scene.positions.reserve(vertices);
     scene.normals.reserve(vertices);
     scene.triangles.reserve(triangles);
-    for (const PlacedMesh& object : told.objects)
-        place(scene, object, !told.textures.empty());
+    for (const PlacedMesh* object : placing.copies)
+        place(scene, *object, !told.textures.empty());
     if (scene.triangles.empty()) {
         // The tracer wants a triangle: one without a size, which no ray meets.
         scene.positions.assign(3, glm::vec3(0.0f));
@@ -219,6 +296,8 @@ Scene Session::assemble(const Told& told, bool with_triangles) const {
         if (scene.materials.empty())
             scene.materials.emplace_back();
     }
+    for (const std::vector<const PlacedMesh*>& part : placing.parts)
+        add_part(scene, part, !told.textures.empty());
     return scene;
 }
 
@@ -227,6 +306,8 @@ SceneChange Session::replace_scene(Scene next, bool same_places) {
         next.positions = std::move(scene_.positions);
         next.normals = std::move(scene_.normals);
         next.triangles = std::move(scene_.triangles);
+        next.parts = std::move(scene_.parts);
+        next.instances = std::move(scene_.instances);
         next.texture_coordinates = std::move(scene_.texture_coordinates);
         if (next.materials.empty())
             next.materials.emplace_back();
@@ -369,36 +450,32 @@ void Session::read(std::span<float> rgba) {
             *value++ = pixel[channel];
 }
 
-void Session::bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
-                   std::span<float> colours) {
+void Session::bake(const LmPoints& points, std::span<float> visible, std::span<float> colours) {
     stop();
     if (!embree_)
         throw std::logic_error("there is no scene to bake: lm_commit was not called, or failed");
     const std::size_t lights = scene_.lights.size();
-    const std::size_t all = positions.size() / 3;
+    const std::size_t all = points.count;
     constexpr std::size_t chunk = 256;
     const auto bake_chunk = [&](std::size_t number) {
         const std::size_t first = number * chunk;
         const std::size_t count = (std::min)(chunk, all - first);
-        std::vector<glm::vec3> places(count);
-        std::vector<glm::vec3> ways(count);
+        const std::vector<glm::vec3> places = vectors(points.positions, first, count);
+        const std::vector<glm::vec3> normals = vectors(points.normals, first, count);
+        const std::vector<glm::vec3> smooth = vectors(points.shading_normals, first, count);
         std::vector<std::uint32_t> seeds(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::size_t at = 3 * (first + i);
-            places[i] = {positions[at], positions[at + 1], positions[at + 2]};
-            ways[i] = {normals[at], normals[at + 1], normals[at + 2]};
-            seeds[i] = static_cast<std::uint32_t>(first + i);
-        }
+        std::iota(seeds.begin(), seeds.end(), static_cast<std::uint32_t>(first));
         std::vector<float> lit(count * lights);
         VisibilityCost cost;
-        visibility_->find({places, ways, seeds}, lit, cost);
+        visibility_->find({places, normals, seeds, smooth}, lit, cost);
         if (!visible.empty())
             std::ranges::copy(lit, visible.begin() + static_cast<std::ptrdiff_t>(first * lights));
         for (std::size_t i = 0; i < (colours.empty() ? 0 : count); ++i) {
+            const glm::vec3& normal = smooth.empty() ? normals[i] : smooth[i];
             glm::vec3 sum(0.0f);
             for (std::size_t l = 0; l < lights; ++l) {
                 const Illumination light = illuminate(scene_.lights[l], places[i]);
-                sum += lit[i * lights + l] * (std::max)(glm::dot(ways[i], light.to_light), 0.0f) *
+                sum += lit[i * lights + l] * (std::max)(glm::dot(normal, light.to_light), 0.0f) *
                        light.irradiance;
             }
             for (int channel = 0; channel < 3; ++channel)
@@ -412,7 +489,8 @@ LmStatistics Session::statistics() const {
     LmStatistics all{};
     if (embree_) {
         all.seconds_building = embree_->seconds_building();
-        all.triangles = static_cast<std::int32_t>(scene_.triangles.size());
+        all.triangles = static_cast<std::int64_t>(drawn_triangles(scene_));
+        all.stored_triangles = static_cast<std::int64_t>(scene_.triangles.size());
         all.is_new_scene = last_change_.is_another_scene ? 1 : 0;
         all.moved_boxes = static_cast<std::int32_t>(last_change_.boxes.size());
         all.groups = static_cast<std::int32_t>(visibility_->group_count());

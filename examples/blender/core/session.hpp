@@ -35,6 +35,7 @@ struct ToldMesh {
     std::vector<glm::vec2> uvs;       ///< empty: none
     std::vector<Triangle> triangles;  ///< their material is a slot of the object's
     std::uint32_t slot_count = 0;
+    bool is_near_origin = true;  ///< else its coordinates have fewer digits than its size wants
 };
 
 /// A mesh in its place.
@@ -69,8 +70,7 @@ public:
     LmState poll(std::chrono::duration<double> patience, float& progress);
     void read(std::span<float> rgba);
     /// `visible` and `colours` may be empty.
-    void bake(std::span<const float> positions, std::span<const float> normals, std::span<float> visible,
-              std::span<float> colours);
+    void bake(const LmPoints& points, std::span<float> visible, std::span<float> colours);
     void cancel() { cancel_ = true; }
     std::size_t light_count() const { return scene_.lights.size(); }
     LmStatistics statistics() const;
@@ -89,7 +89,16 @@ private:
 
     void stop();
     Scene assemble(const Told& told, bool with_triangles) const;
+    /// Objects that have triangles of their own, and those that share them.
+    struct Placing {
+        std::vector<const PlacedMesh*> copies;
+        std::vector<std::vector<const PlacedMesh*>> parts;  ///< with the same mesh and materials
+    };
+
+    Placing sort_objects(std::span<const PlacedMesh> objects) const;
     void place(Scene& scene, const PlacedMesh& object, bool with_uvs) const;
+    /// After all copies.
+    void add_part(Scene& scene, const std::vector<const PlacedMesh*>& objects, bool with_uvs) const;
     SceneChange replace_scene(Scene next, bool same_places);
     void run(const RenderOptions& options);
     void put(const TilePixels& tile);

@@ -24,6 +24,15 @@ bool is_finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+/// Of length 0 where there is none: the triangle's own is taken then.
+glm::vec3 normal_of(const float* normals, std::size_t number) {
+    if (normals == nullptr)
+        return glm::vec3(0.0f);
+    const float* n = normals + 3 * number;
+    const glm::vec3 normal{n[0], n[1], n[2]};
+    return is_finite(normal) ? normal : glm::vec3(0.0f);
+}
+
 /// Makes one vertex of corners that are the same, in the order in which they come.
 class Welder {
 public:
@@ -51,13 +60,10 @@ public:
     }
 
 private:
-    /// Of length 0 where there is none: the triangle's own is taken then.
     glm::vec3 normal_at(std::size_t corner) const {
-        if (mesh_.normals == nullptr)
-            return glm::vec3(0.0f);
-        const float* n = mesh_.normals + 3 * corner;
-        const glm::vec3 normal{n[0], n[1], n[2]};
-        return is_finite(normal) ? normal : glm::vec3(0.0f);
+        return mesh_.normals != nullptr
+                   ? normal_of(mesh_.normals, corner)
+                   : normal_of(mesh_.vertex_normals, static_cast<std::size_t>(mesh_.corners[corner]));
     }
     glm::vec2 uv_at(std::size_t corner) const {
         if (mesh_.uvs == nullptr)
@@ -91,6 +97,13 @@ ToldMesh told_mesh(const LmMesh& mesh) {
                                         " is not finite");
     ToldMesh made;
     Welder welder(mesh, made);
+    // The vertices as they are, if all corners of each are the same.
+    const bool is_welded = mesh.normals == nullptr && mesh.uvs == nullptr;
+    for (std::size_t v = 0; is_welded && v < mesh.vertex_count; ++v) {
+        made.positions.emplace_back(mesh.positions[3 * v], mesh.positions[3 * v + 1],
+                                    mesh.positions[3 * v + 2]);
+        made.normals.push_back(normal_of(mesh.vertex_normals, v));
+    }
     made.triangles.reserve(mesh.triangle_count);
     for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
         Triangle triangle{};
@@ -100,7 +113,7 @@ ToldMesh told_mesh(const LmMesh& mesh) {
                 throw std::out_of_range("triangle " + std::to_string(t) + " of mesh " + named(mesh.name) +
                                         " has vertex " + std::to_string(vertex) + " of " +
                                         std::to_string(mesh.vertex_count));
-            triangle.vertex[k] = welder.vertex_at(3 * t + k);
+            triangle.vertex[k] = is_welded ? static_cast<std::uint32_t>(vertex) : welder.vertex_at(3 * t + k);
         }
         if (mesh.slots[t] < 0)
             throw std::out_of_range("triangle " + std::to_string(t) + " of mesh " + named(mesh.name) +
@@ -109,6 +122,15 @@ ToldMesh told_mesh(const LmMesh& mesh) {
         made.slot_count = (std::max)(made.slot_count, triangle.material + 1);
         made.triangles.push_back(triangle);
     }
+    glm::vec3 farthest(0.0f);
+    glm::vec3 low((std::numeric_limits<float>::max)());
+    glm::vec3 high(-low);
+    for (const glm::vec3& position : made.positions) {
+        farthest = glm::max(farthest, glm::abs(position));
+        low = glm::min(low, position);
+        high = glm::max(high, position);
+    }
+    made.is_near_origin = !(glm::length(farthest) > 16.0f * glm::length(high - low));
     return made;
 }
 

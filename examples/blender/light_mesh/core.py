@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 
-ABI = 1
+ABI = 2
 REAL_LAMP, MESH, MESH_ATK, HARD_RAYS, NO_SHADOW = range(5)
 POINT, SUN, SPOT, AREA = range(4)
 IMAGE_LINEAR, IMAGE_CLAMP = 1, 2
@@ -27,8 +27,8 @@ class Material(c.Structure):
 
 class Mesh(c.Structure):
     _fields_ = [('name', c.c_char_p), ('positions', c.c_void_p), ('corners', c.c_void_p), ('slots', c.c_void_p),
-                ('normals', c.c_void_p), ('uvs', c.c_void_p), ('vertex_count', c.c_uint32),
-                ('triangle_count', c.c_uint32)]
+                ('normals', c.c_void_p), ('vertex_normals', c.c_void_p), ('uvs', c.c_void_p),
+                ('vertex_count', c.c_uint32), ('triangle_count', c.c_uint32)]
 
 
 class Light(c.Structure):
@@ -46,12 +46,17 @@ class View(c.Structure):
                 ('background', Float3), ('ambient', Float3)]
 
 
+class Points(c.Structure):
+    _fields_ = [('positions', c.c_void_p), ('normals', c.c_void_p), ('shading_normals', c.c_void_p),
+                ('count', c.c_uint32)]
+
+
 class Statistics(c.Structure):
     _fields_ = [('seconds_building', c.c_double), ('seconds_rendering', c.c_double),
                 ('seconds_visibility', c.c_double), ('points', c.c_int64), ('shadow_rays', c.c_int64),
-                ('bytes', c.c_int64), ('light_points', c.c_int64), ('records', c.c_int64), ('groups', c.c_int32),
-                ('groups_kept', c.c_int32), ('triangles', c.c_int32), ('is_new_scene', c.c_int32),
-                ('moved_boxes', c.c_int32), ('reserved', c.c_int32)]
+                ('bytes', c.c_int64), ('light_points', c.c_int64), ('records', c.c_int64), ('triangles', c.c_int64),
+                ('stored_triangles', c.c_int64), ('groups', c.c_int32), ('groups_kept', c.c_int32),
+                ('is_new_scene', c.c_int32), ('moved_boxes', c.c_int32)]
 
 
 def _load():
@@ -77,7 +82,9 @@ def _load():
         'lm_poll': (c.c_int, [session, c.c_double, c.POINTER(c.c_float)]),
         'lm_read': (c.c_int, [session, block, c.c_size_t]),
         'lm_cancel': (None, [session]),
-        'lm_bake': (c.c_int, [session, c.c_uint32, block, block, block, block]),
+        'lm_bake': (c.c_int, [session, block, block, block]),
+        'lm_cover_texels': (c.c_int, [number, number, c.c_uint32, block, block, block, block]),
+        'lm_fill_margin': (c.c_int, [number, number, number, block, block, number]),
         'lm_statistics': (c.c_int, [session, block]),
     }
     for name, (result, arguments) in signatures.items():
@@ -116,6 +123,23 @@ def hash_of(*arrays):
     return value
 
 
+def cover_texels(width, height, uvs):
+    """The triangle that each texel shows, the weights of its second and third corner there, and another triangle that
+    has the texel's middle too; -1: none."""
+    triangles, others = np.empty(width * height, np.int32), np.empty(width * height, np.int32)
+    weights = np.empty((width * height, 2), np.float32)
+    _checked(_library.lm_cover_texels(width, height, len(uvs), _address(uvs, np.float32, 6),
+                                      _address(triangles, np.int32), _address(weights, np.float32),
+                                      _address(others, np.int32)))
+    return triangles, weights, others
+
+
+def fill_margin(width, height, values, filled, margin):
+    """Goes on with the texels that are filled (1, else 0), so far beyond them. Changes both arrays."""
+    _checked(_library.lm_fill_margin(width, height, values.shape[1], _address(values, np.float32),
+                                     _address(filled, np.uint8), margin))
+
+
 class Session:
     """A scene, and what was found of its shadows. `close` frees it."""
 
@@ -144,14 +168,14 @@ class Session:
         known = _library.lm_find_mesh(self._session, key)
         return known if known >= 0 else None
 
-    def add_mesh(self, key, name, positions, corners, slots, normals, uvs):
+    def add_mesh(self, key, name, positions, corners, slots, normals, vertex_normals, uvs):
         """`key`: the hash of the arrays. One that is known is not told again."""
         known = self.find_mesh(key)
         if known is not None:
             return known
         mesh = Mesh(name.encode(), _address(positions, np.float32, 3), _address(corners, np.int32, 3),
-                    _address(slots, np.int32), _address(normals, np.float32, 9), _address(uvs, np.float32, 6),
-                    len(positions), len(corners))
+                    _address(slots, np.int32), _address(normals, np.float32, 9), _address(vertex_normals, np.float32, 3),
+                    _address(uvs, np.float32, 6), len(positions), len(corners))
         return _checked(_library.lm_add_mesh(self._session, key, c.byref(mesh)))
 
     def add_object(self, mesh, matrix, materials):
@@ -180,12 +204,13 @@ class Session:
     def cancel(self):
         _library.lm_cancel(self._session)
 
-    def bake(self, positions, normals, light_count):
-        """The share of each light that is seen from each point, and the light that arrives there."""
+    def bake(self, positions, normals, shading_normals, light_count, with_colours):
+        """The share of each light that is seen from each point, and the light that arrives there, or None."""
+        points = Points(_address(positions, np.float32, 3), _address(normals, np.float32, 3),
+                        _address(shading_normals, np.float32, 3), len(positions))
         visible = np.zeros((len(positions), light_count), np.float32)
-        colours = np.zeros((len(positions), 3), np.float32)
-        _checked(_library.lm_bake(self._session, len(positions), _address(positions, np.float32, 3),
-                                  _address(normals, np.float32, 3), _address(visible, np.float32),
+        colours = np.zeros((len(positions), 3), np.float32) if with_colours else None
+        _checked(_library.lm_bake(self._session, c.byref(points), _address(visible, np.float32),
                                   _address(colours, np.float32)))
         return visible, colours
 

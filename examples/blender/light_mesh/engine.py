@@ -157,7 +157,7 @@ class LightMeshEngine(bpy.types.RenderEngine):
     def _keep_statistics(self, session, export_seconds, seconds):
         found = session.statistics()
         statistics.clear()
-        statistics.update({name: getattr(found, name) for name, _ in core.Statistics._fields_ if name != 'reserved'},
+        statistics.update({name: getattr(found, name) for name, _ in core.Statistics._fields_},
                           seconds_exporting=export_seconds, seconds=seconds)
 
 

@@ -54,39 +54,50 @@ def _corners(mesh):
     return of_triangles, vertices[:, 0][of_triangles]
 
 
-def _corner_normals(mesh, corners, vertices):
+def _normals(mesh, corners, vertices):
+    """Those of the corners, and those of the vertices: one of them is None."""
     if hasattr(mesh, 'corner_normals'):
-        return _read(mesh.corner_normals, 'vector', 3, np.float32)[corners].reshape(-1, 9)
+        return _read(mesh.corner_normals, 'vector', 3, np.float32)[corners].reshape(-1, 9), None
     if mesh.use_auto_smooth or mesh.has_custom_normals:
         mesh.calc_normals_split()
-        return _read(mesh.loops, 'normal', 3, np.float32)[corners].reshape(-1, 9)
+        return _read(mesh.loops, 'normal', 3, np.float32)[corners].reshape(-1, 9), None
     is_smooth = np.empty(len(mesh.polygons), bool)
     mesh.polygons.foreach_get('use_smooth', is_smooth)
-    normals = _read(mesh.vertex_normals, 'vector', 3, np.float32)[vertices] if is_smooth.any() else None
-    if not is_smooth.all():
-        polygons = _read(mesh.loop_triangles, 'polygon_index', 1, np.int32)[:, 0]
-        flat = np.repeat(_read(mesh.polygon_normals, 'vector', 3, np.float32)[polygons][:, None], 3, 1)
-        normals = flat if normals is None else np.where(is_smooth[polygons][:, None, None], normals, flat)
-    return np.ascontiguousarray(normals).reshape(-1, 9)
+    smooth = _read(mesh.vertex_normals, 'vector', 3, np.float32) if is_smooth.any() else None
+    if is_smooth.all():
+        return None, smooth
+    polygons = _read(mesh.loop_triangles, 'polygon_index', 1, np.int32)[:, 0]
+    normals = np.repeat(_read(mesh.polygon_normals, 'vector', 3, np.float32)[polygons][:, None], 3, 1)
+    if smooth is not None:
+        normals = np.where(is_smooth[polygons][:, None, None], smooth[vertices], normals)
+    return np.ascontiguousarray(normals).reshape(-1, 9), None
 
 
-def _corner_uvs(mesh, corners):
-    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
-    if layer is None:
-        return None
+def active_uv_layer(mesh):
+    """The UV map that is edited; None if there is none."""
+    return mesh.uv_layers.active
+
+
+def rendered_uv_layer(mesh):
+    """The UV map that pictures are mapped by; None if there is none."""
+    return next((layer for layer in mesh.uv_layers if layer.active_render), None)
+
+
+def _corner_uvs(layer, corners):
     return _read(layer.data, 'uv', 2, np.float32)[corners].reshape(-1, 6)
 
 
-def mesh_arrays(mesh, slot_count, with_uvs):
-    """Positions, corners, material slots, and the normals and texture coordinates of the corners of triangles."""
+def mesh_arrays(mesh, slot_count, uv_layer):
+    """Positions, corners, material slots, the normals of the corners of triangles or of the vertices (the other is None),
+    and the corners' texture coordinates, None without a UV map."""
     mesh.calc_loop_triangles()
     corners, vertices = _corners(mesh)
     slots = np.zeros(len(corners), np.int32)
     if slot_count > 1:
         mesh.loop_triangles.foreach_get('material_index', slots)
         slots = np.clip(slots, 0, slot_count - 1)
-    return (_read(mesh.vertices, 'co', 3, np.float32), vertices, slots, _corner_normals(mesh, corners, vertices),
-            _corner_uvs(mesh, corners) if with_uvs else None)
+    return (_read(mesh.vertices, 'co', 3, np.float32), vertices, slots, *_normals(mesh, corners, vertices),
+            _corner_uvs(uv_layer, corners) if uv_layer is not None else None)
 
 
 class Untouched:
@@ -179,15 +190,19 @@ class _Exporter:
     @staticmethod
     def _arrays(thing, slot_count, with_uvs):
         """As `mesh_arrays`; None if there are no surfaces."""
+        def read(mesh):
+            if mesh is None or len(mesh.polygons) == 0:
+                return None
+            return mesh_arrays(mesh, slot_count, rendered_uv_layer(mesh) if with_uvs else None)
+
         if thing.type == 'MESH' and not getattr(thing.data, 'use_auto_smooth', False):
-            mesh = thing.data  # evaluated already: no copy
-            return mesh_arrays(mesh, slot_count, with_uvs) if len(mesh.polygons) != 0 else None
+            return read(thing.data)  # evaluated already: no copy
         try:
             mesh = thing.to_mesh()
         except RuntimeError:
             mesh = None
         try:
-            return mesh_arrays(mesh, slot_count, with_uvs) if mesh is not None and len(mesh.polygons) != 0 else None
+            return read(mesh)
         finally:
             thing.to_mesh_clear()
 
@@ -207,4 +222,4 @@ def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
     return exporter.lights
 
 
-__all__ = ['Cancelled', 'CoreError', 'Untouched', 'export', 'mesh_arrays']
+__all__ = ['Cancelled', 'CoreError', 'Untouched', 'active_uv_layer', 'export', 'mesh_arrays']

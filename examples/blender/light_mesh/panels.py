@@ -77,7 +77,8 @@ class LIGHT_MESH_PT_shadows(_Panel, bpy.types.Panel):
         found = engine.statistics
         if found:
             column.label(text=f'Last picture: {found["seconds"]:.2f} s, of these {found["seconds_exporting"]:.2f} s for reading')
-            column.label(text=f'{found["triangles"]:,} triangles, {found["points"]:,} points shaded')
+            instanced = f' ({found["stored_triangles"]:,} in memory)' if found['stored_triangles'] < found['triangles'] else ''
+            column.label(text=f'{found["triangles"]:,} triangles{instanced}, {found["points"]:,} points shaded')
             column.label(text=f'{found["records"]:,} records, {found["light_points"]:,} light points, '
                               f'{found["bytes"] / 2**20:,.1f} MB')
 
@@ -88,9 +89,28 @@ class LIGHT_MESH_PT_bake(_Panel, bpy.types.Panel):
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
-        column = self.layout.column()
-        column.operator('object.light_mesh_bake', text='Bake Light').what = 'LIGHT'
-        column.operator('object.light_mesh_bake', text='Bake Visibility').what = 'VISIBILITY'
+        settings = context.scene.light_mesh.bake
+        column = _column(self.layout)
+        column.operator('object.light_mesh_bake', icon='RENDER_STILL')
+        column.prop(settings, 'what')
+        column.prop(settings, 'target')
+        if settings.target == 'IMAGE':
+            self._draw_image(column, settings)
+        else:
+            column.prop(settings, 'name')
+
+    @staticmethod
+    def _draw_image(column, settings):
+        column.template_ID(settings, 'image', new='image.new', open='image.open', text='Image')
+        if settings.image is None or settings.what == 'EACH':
+            column.prop(settings, 'name')
+        if settings.image is None:
+            column.prop(settings, 'width')
+            column.prop(settings, 'height')
+            column.prop(settings, 'is_float')
+            column.prop(settings, 'use_alpha')
+        column.prop(settings, 'margin')
+        column.prop(settings, 'use_clear')
 
 
 class LIGHT_MESH_PT_light(_LightPanel, bpy.types.Panel):

@@ -2,7 +2,7 @@
 """What a user sets, of a scene and of each light."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 SHADOWS = (
     ('REAL', 'Real Lamp', 'Penumbrae of the lamp\'s own radius, angle or size, by a visibility cache'),
@@ -11,6 +11,28 @@ SHADOWS = (
     ('HARD', 'Hard Rays', 'Sharp shadows, a ray for each point'),
     ('NONE', 'None', 'No shadow'),
 )
+
+
+class LightMeshBakeSettings(bpy.types.PropertyGroup):
+    what: EnumProperty(name='What', default='LIGHT', items=(
+        ('LIGHT', 'Light', 'What a white surface sends back, with shadows'),
+        ('VISIBILITY', 'Visibility', 'Which share of the lights is seen: of the selected ones, else of all'),
+        ('EACH', 'Visibility of Each', 'Which share of each light is seen, in an attribute or image of its own: of the '
+                                       'selected lights, else of all')))
+    target: EnumProperty(name='Into', default='ATTRIBUTE', items=(
+        ('ATTRIBUTE', 'Colour Attribute', 'A colour for each vertex of the mesh without its modifiers'),
+        ('IMAGE', 'Image', 'A colour for each texel, through the active UV map; the selected objects share it')))
+    name: StringProperty(name='Name', description='Of the attribute, or of a new image', default='Soft Shadows')
+    image: PointerProperty(type=bpy.types.Image, name='Image', description='None: a new one')
+    width: IntProperty(name='Width', description='Of a new image, in texels', default=1024, min=1, soft_max=8192,
+                       max=16384, subtype='PIXEL')
+    height: IntProperty(name='Height', description='Of a new image, in texels', default=1024, min=1, soft_max=8192,
+                        max=16384, subtype='PIXEL')
+    is_float: BoolProperty(name='32-bit Float', description='Else 8 bits: up to 1, and a light as sRGB', default=False)
+    use_alpha: BoolProperty(name='Alpha', description='Where nothing is baked a new image is transparent', default=True)
+    margin: IntProperty(name='Margin', description='How many texels beyond the borders of UV islands go on with them',
+                        default=16, min=0, soft_max=64, max=32767, subtype='PIXEL')
+    use_clear: BoolProperty(name='Clear Image', description='Else texels beyond the margin stay as they are', default=True)
 
 
 class LightMeshSceneSettings(bpy.types.PropertyGroup):
@@ -26,6 +48,7 @@ class LightMeshSceneSettings(bpy.types.PropertyGroup):
     ambient_distance: FloatProperty(name='Distance', description='Beyond which nothing hides the world', default=1000,
                                     min=1e-3, subtype='DISTANCE', unit='LENGTH')
     memory: IntProperty(name='Memory', description='Megabytes for each cache and mesh; 0: no limit', default=0, min=0)
+    bake: PointerProperty(type=LightMeshBakeSettings)
 
 
 class LightMeshLightSettings(bpy.types.PropertyGroup):
@@ -44,7 +67,7 @@ class LightMeshLightSettings(bpy.types.PropertyGroup):
                         max=6)
 
 
-CLASSES = (LightMeshSceneSettings, LightMeshLightSettings)
+CLASSES = (LightMeshBakeSettings, LightMeshSceneSettings, LightMeshLightSettings)
 
 
 def register():
