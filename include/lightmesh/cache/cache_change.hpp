@@ -39,12 +39,14 @@ public:
     bool is_nothing() const { return boxes_.empty(); }
 
     /// Whether a record may be somewhere else now.
-    bool moves(const Record& record) const { return !is_nothing() && meets_any(fall_of(record), boxes_); }
+    bool moves(const RecordKey& key, const Record& record) const {
+        return !is_nothing() && meets_any(fall_of(key, record), boxes_);
+    }
     /// Whether a key may lead to another record now.
-    bool moves(const RecordKey& alias, const Record& record) const {
+    bool moves(const RecordKey& alias, const RecordKey& key, const Record& record) const {
         if (is_nothing())
             return false;
-        Bounds fall = fall_of(record);
+        Bounds fall = fall_of(key, record);
         const glm::vec3 start = lattice_.position(alias.index(), alias.level());
         const float slack = slack_of(alias);
         fall.low = (glm::min)(fall.low, start - slack);
@@ -52,19 +54,20 @@ public:
         return meets_any(fall, boxes_);
     }
     /// Whether ways from a record to its neighbours may be open or closed now.
-    bool relinks(const Record& record) const {
+    bool relinks(const RecordKey& key) const {
         if (is_nothing())
             return false;
-        const glm::vec3 start = lattice_.position(record.key.index(), record.key.level());
-        return meets_any(
-            widened({start, start}, 1.1f * static_cast<float>(lattice_.step(record.key.level()))), boxes_);
+        const glm::vec3 start = lattice_.position(key.index(), key.level());
+        return meets_any(widened({start, start}, 1.1f * static_cast<float>(lattice_.step(key.level()))),
+                         boxes_);
     }
 
     /// Those of some lights of a tile of which a record sees the same as before.
-    std::uint64_t unchanged(const Record& record, std::size_t tile, std::uint64_t lights) const {
+    std::uint64_t unchanged(const RecordKey& key, const Record& record, std::size_t tile,
+                            std::uint64_t lights) const {
         if (is_nothing())
             return lights;
-        const Bounds from = eye_of(record);
+        const Bounds from = eye_of(key, record);
         if (rows_.is_mesh != 0 && (!sees_by_rays() || meets_any(from, boxes_)))
             return 0;
         return lights & ~changed_from(from, tile, lights & changed_in_block(from, tile));
@@ -113,8 +116,7 @@ private:
     }
 
     /// What a record's place depends on: the way that it fell, or found nothing on.
-    Bounds fall_of(const Record& record) const {
-        const RecordKey& key = record.key;
+    Bounds fall_of(const RecordKey& key, const Record& record) const {
         const Way way = key.way();
         const auto step = static_cast<float>(lattice_.step(key.level()));
         const bool in_air = !key.is_probe() && key.what() >= static_cast<std::uint32_t>(RecordKind::air);
@@ -132,14 +134,13 @@ private:
     }
 
     /// From where a record sees the lights.
-    Bounds eye_of(const Record& record) const {
-        if (record.key.is_probe() && rows_.is_mesh == 0)
-            return fall_of(record);
-        const glm::vec3 place = column_of(lattice_, record, record.key.way(), false).place;
+    Bounds eye_of(const RecordKey& key, const Record& record) const {
+        if (key.is_probe() && rows_.is_mesh == 0)
+            return fall_of(key, record);
+        const glm::vec3 place = column_of(lattice_, key, record, key.way(), false).place;
         // A mesh's values depend on light points within its radius, on others of their bricks, and on links
         // between them.
-        const float reach =
-            rows_.is_mesh != 0 ? rows_.radius * (1.0f + 4.0f / rows_.quality) : slack_of(record.key);
+        const float reach = rows_.is_mesh != 0 ? rows_.radius * (1.0f + 4.0f / rows_.quality) : slack_of(key);
         return widened({place, place}, reach + greatest_offset(place));
     }
 

@@ -6,7 +6,6 @@
 
 #include <glm/vec3.hpp>
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 
@@ -16,7 +15,7 @@ namespace lightmesh::detail {
 struct Column {
     const Record* record = nullptr;
     std::atomic<std::uint16_t>* links = nullptr;  ///< null: not kept
-    glm::ivec3 index{0};                          ///< the record's own lattice point
+    RecordKey key;                                ///< of the record's own lattice point
     glm::vec3 place{0.0f};
     glm::vec3 normal{0.0f};  ///< zero: there is no surface
 };
@@ -31,15 +30,16 @@ inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, co
 }
 
 /// A record, put where its key and its fall say.
-inline Column column_of(const Lattice& lattice, const Record& record, const Way& way, bool is_kept) {
-    const int level = record.key.level();
+inline Column column_of(const Lattice& lattice, const RecordKey& key, const Record& record, const Way& way,
+                        bool is_kept) {
+    const int level = key.level();
     Column column;
     column.record = &record;
     if (is_kept)
         column.links = &const_cast<Record&>(record).links;
-    column.index = record.key.index();
-    column.place = record.key.is_probe() ? probe_start(lattice, column.index, way, level)
-                                         : lattice.position(column.index, level);
+    column.key = key;
+    column.place =
+        key.is_probe() ? probe_start(lattice, key.index(), way, level) : lattice.position(key.index(), level);
     if (record.is_on_surface()) {
         column.place -= record.fall * way.up();
         column.normal = record.unit_normal();

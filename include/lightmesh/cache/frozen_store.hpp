@@ -54,23 +54,24 @@ public:
     }
 
     bool is_linked(const Column& from, const Column& to, int direction, const Way& way, int level) const {
-        const int rise = to.index[way.axis] - from.index[way.axis];
+        const glm::ivec3 start = from.key.index();
+        const glm::ivec3 end = to.key.index();
+        const int rise = end[way.axis] - start[way.axis];
         if (rise < -1 || rise > 1)
             return false;
         const int bit = link_bit(direction, rise);
         const std::uint16_t links = from.links->load(std::memory_order_relaxed);
         if ((links >> bit & 1) != 0)
             return (links >> (bit + 6) & 1) != 0;
-        return !tracer_.occluded(
-            {lattice().position(from.index, level), lattice().position(to.index, level)});
+        return !tracer_.occluded({lattice().position(start, level), lattice().position(end, level)});
     }
 
     RowBytes row(const Column& column, std::size_t tile, std::uint64_t wanted) const {
-        const TileRow row =
+        const RowBytes row =
             reader_.row(reader_.records()[column.record->rows.load(std::memory_order_relaxed)], tile);
         if ((wanted & ~row.known) != 0)
             throw NotInCacheSnapshot();
-        return row.bytes();
+        return row;
     }
 
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
@@ -93,7 +94,7 @@ private:
         CacheReader::copy(*stored, spare);
         spare.rows.store(static_cast<std::uint32_t>(stored - reader_.records().data()),
                          std::memory_order_relaxed);
-        return column_of(lattice(), spare, way, true);
+        return column_of(lattice(), stored->key, spare, way, true);
     }
 
     const Tracer& tracer_;

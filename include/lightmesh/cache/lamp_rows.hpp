@@ -27,8 +27,6 @@ struct RowOrigin {
     double reach;           ///< the greatest length of a ray
 };
 
-/// Values of a tile's lights, a byte each.
-using TileValues = std::array<std::uint8_t, lamps_per_tile>;
 /// For each light of a tile, from how many places it is seen, or not.
 using SightCounts = std::array<std::uint8_t, lamps_per_tile>;
 

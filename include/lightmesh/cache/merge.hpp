@@ -5,6 +5,7 @@
 #include <lightmesh/cache/cache_change.hpp>
 #include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/record_table.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/cache/snapshot_reader.hpp>
@@ -82,30 +83,30 @@ private:
         std::uint64_t compared = 0;
         std::uint64_t differing = 0;
         for (const StoredRecord& stored : from_.records()) {
-            Record* own = store_.table().find(stored.key);
+            const Record* own = store_.table().find(stored.key).record;
             if (own == nullptr)
                 continue;
             Record made;
             CacheReader::copy(stored, made);
-            if (change_.moves(made))
+            if (change_.moves(stored.key, made))
                 continue;
             ++compared;
             if (!is_same(*own, stored)) {
                 ++differing;
                 continue;
             }
-            const RowList list(store_.table().pool(), own->rows);
+            const RowList list(store_.table().pool(), const_cast<Record*>(own)->rows);
             for (const StoredTile& tile : from_.tiles_of(stored)) {
                 if (tile.tile >= same_.size())
                     continue;
-                const TileRow theirs = from_.row(stored, tile.tile);
-                const TileRow mine = list.gather(tile.tile);
+                const RowBytes theirs = from_.row(stored, tile.tile);
+                const RowBytes mine = list.gather(tile.tile);
                 std::uint64_t both = theirs.known & mine.known & same_[tile.tile];
-                both &= change_.unchanged(made, tile.tile, both);
+                both &= change_.unchanged(stored.key, made, tile.tile, both);
                 compared += static_cast<std::uint64_t>(std::popcount(both));
                 for (; both != 0; both &= both - 1) {
-                    const int l = std::countr_zero(both);
-                    differing += byte_of(theirs, l) != byte_of(mine, l) ? 1u : 0u;
+                    const auto l = static_cast<std::size_t>(std::countr_zero(both));
+                    differing += theirs.byte(l) != mine.byte(l) ? 1u : 0u;
                 }
             }
         }
@@ -118,28 +119,26 @@ private:
     void add(const StoredRecord& stored) {
         Record made;
         CacheReader::copy(stored, made);
-        if (change_.moves(made))
+        if (change_.moves(stored.key, made))
             return;
-        Record& own = *store_.table().add(made);
-        store_.mark_used(own);
+        made.links.store(0, std::memory_order_relaxed);
+        const RecordPlace place = store_.table().add(stored.key, made);
+        store_.mark_used(*place.brick);
+        Record& own = *place.record;
         if (!is_same(own, stored))
             return;
-        if (!change_.relinks(made))
+        if (!change_.relinks(stored.key))
             own.links.fetch_or(missing_links(own, stored), std::memory_order_relaxed);
         const RowList list(store_.table().pool(), own.rows);
         for (const StoredTile& tile : from_.tiles_of(stored)) {
             if (tile.tile >= same_.size())
                 continue;
-            const TileRow theirs = from_.row(stored, tile.tile);
+            const RowBytes theirs = from_.row(stored, tile.tile);
             std::uint64_t lights = theirs.known & same_[tile.tile] & ~list.gather(tile.tile).known;
-            lights &= change_.unchanged(made, tile.tile, lights);
+            lights &= change_.unchanged(stored.key, made, tile.tile, lights);
             if (lights == 0)
                 continue;
-            TileValues values{};
-            for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1)
-                values[static_cast<std::size_t>(std::countr_zero(rest))] =
-                    byte_of(theirs, std::countr_zero(rest));
-            store_.keep_row(own, tile.tile, lights, values);
+            store_.keep_row(own, tile.tile, lights, values_of(theirs));
         }
     }
 
@@ -147,18 +146,14 @@ private:
         const StoredRecord& target = from_.records()[alias.record];
         Record made;
         CacheReader::copy(target, made);
-        if (change_.moves(alias.key, made))
+        if (change_.moves(alias.key, target.key, made))
             return;
-        if (const Record* record = store_.table().find(target.key))
-            store_.table().add_alias(alias.key, *record);
+        if (const RecordPlace own = store_.table().find(target.key))
+            store_.table().add_alias(alias.key, own.key);
     }
 
     static bool is_same(const Record& own, const StoredRecord& stored) {
         return own.fall == stored.fall && std::equal(stored.normal.begin(), stored.normal.end(), own.normal);
-    }
-
-    static std::uint8_t byte_of(const TileRow& row, int light) {
-        return static_cast<std::uint8_t>(row.octet(light / 8) >> 8 * (light % 8));
     }
 
     /// The stored links that the record does not know yet.

@@ -16,8 +16,8 @@ namespace lightmesh::detail {
 /// out again for blocks of the same size.
 class UnitPool {
 public:
-    static constexpr std::uint32_t chunk_units = 1u << 15;
-    static constexpr std::uint32_t chunk_limit = 1u << 15;  // 8 GiB in all
+    static constexpr std::uint32_t chunk_units = 1u << 14;
+    static constexpr std::uint32_t chunk_limit = 1u << 15;  // 4 GiB in all
     static constexpr std::uint32_t largest_block = 15;
 
     UnitPool() : chunks_(std::make_unique<std::atomic<Unit*>[]>(chunk_limit)) {}

@@ -41,10 +41,10 @@ struct RecordKey {
     RecordKey() = default;
     RecordKey(const glm::ivec3& index, RecordKind kind, const Way& way, int level) {
         const std::uint32_t what = static_cast<std::uint32_t>(kind) + way.number();  // 5 bits
-        constexpr std::uint32_t mask = (1u << 27) - 1u;
-        words[0] = (static_cast<std::uint32_t>(index.x) & mask) | what << 27;
-        words[1] = (static_cast<std::uint32_t>(index.y) & mask) | static_cast<std::uint32_t>(level) << 27;
-        words[2] = static_cast<std::uint32_t>(index.z) & mask;
+        words[0] = (static_cast<std::uint32_t>(index.x) & index_mask) | what << 27;
+        words[1] = (static_cast<std::uint32_t>(index.y) & index_mask) | static_cast<std::uint32_t>(level)
+                                                                            << 27;
+        words[2] = static_cast<std::uint32_t>(index.z) & index_mask;
     }
 
     int level() const { return static_cast<int>(words[1] >> 27); }
@@ -60,6 +60,23 @@ struct RecordKey {
         return {extended(words[0]), extended(words[1]), extended(words[2])};
     }
     bool operator==(const RecordKey& other) const = default;
+
+    /// How many steps farther down the lattice point of another key is, of the same column.
+    int steps_to(const RecordKey& lower) const {
+        const Way along = way();
+        return (index()[along.axis] - lower.index()[along.axis]) * static_cast<int>(along.sign);
+    }
+    /// The key of the lattice point so many steps farther down.
+    RecordKey below(int steps) const {
+        RecordKey key = *this;
+        const int axis = way().axis;
+        const auto index =
+            static_cast<std::uint32_t>(this->index()[axis] - steps * static_cast<int>(way().sign));
+        key.words[axis] = (words[axis] & ~index_mask) | (index & index_mask);
+        return key;
+    }
+
+    static constexpr std::uint32_t index_mask = (1u << 27) - 1u;
 };
 
 /// The mixing step of SplitMix64 (Steele, Lea and Flood 2014).
@@ -77,31 +94,39 @@ inline std::uint64_t hash_of(const RecordKey& key) {
 /// A place that visibilities are kept for. Everything but links and rows is final before the record can be
 /// found.
 struct alignas(8) Record {
-    RecordKey key;
+    /// The first of its row blocks; 0: none.
+    std::atomic<std::uint32_t> rows{0};
     /// How far it lies from its lattice point along its way, world units; negative: it found no surface, and
-    /// lies at the lattice point.
+    /// lies at the lattice point. Of an alias how many steps farther down the lattice point of its record is.
     float fall = -1.0f;
     /// The geometric normal there times 32767, on the side of the lattice point.
     std::int16_t normal[3] = {};
     /// Whether the ways to two neighbouring lattice points are known to be free: see `link_bit`.
     std::atomic<std::uint16_t> links{0};
-    /// The first of its row blocks; 0: none.
-    std::atomic<std::uint32_t> rows{0};
-    /// The last frame, modulo 2^16, in which a query asked for it.
-    std::atomic<std::uint16_t> used{0};
 
+    /// Among the links of an alias: a lattice point whose record is the one of a nearer lattice point in the
+    /// same column.
+    static constexpr std::uint16_t alias_bit = 1u << 15;
+
+    Record() = default;
+    Record(const Record& other) { *this = other; }
+    /// For records that nobody else uses meanwhile.
+    Record& operator=(const Record& other) {
+        rows.store(other.rows.load(std::memory_order_relaxed), std::memory_order_relaxed);
+        fall = other.fall;
+        for (int k = 0; k < 3; ++k)
+            normal[k] = other.normal[k];
+        links.store(other.links.load(std::memory_order_relaxed), std::memory_order_relaxed);
+        return *this;
+    }
+
+    bool is_alias() const { return (links.load(std::memory_order_relaxed) & alias_bit) != 0; }
     bool is_on_surface() const { return fall >= 0.0f; }
     glm::vec3 unit_normal() const { return glm::vec3(normal[0], normal[1], normal[2]) * (1.0f / 32767.0f); }
     void set_normal(const glm::vec3& unit) {
         for (int k = 0; k < 3; ++k)
             normal[k] = static_cast<std::int16_t>(std::lround(unit[k] * 32767.0f));
     }
-};
-
-/// A lattice point whose record is the one of a nearer lattice point in the same column.
-struct alignas(8) Alias {
-    RecordKey key;
-    std::uint32_t record = 0;
 };
 
 /// The place in `Record::links` of the link to the neighbour at +1 along u (direction 0) or v (1), and at

@@ -3,6 +3,7 @@
 
 #include <lightmesh/cache/pool.hpp>
 #include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/record_brick.hpp>
 
 #include <array>
 #include <atomic>
@@ -16,9 +17,18 @@
 
 namespace lightmesh::detail {
 
-/// Finds records by their keys: hash tables with open addressing, whose slots are indices into the pool.
-/// Looking up takes no lock. Adding locks one of 64 parts; a table that is too full is replaced by one of
-/// twice the size, and stays readable as long as the cache lives.
+/// A record and what leads to it.
+struct RecordPlace {
+    Record* record = nullptr;
+    RecordBrick* brick = nullptr;
+    RecordKey key;  ///< of the record's own lattice point
+
+    explicit operator bool() const { return record != nullptr; }
+};
+
+/// Finds records by their keys: hash tables of bricks with open addressing, whose slots are indices into the
+/// pool. Looking up takes no lock. Adding locks one of 64 parts; a table that is too full is replaced by one
+/// of twice the size, and stays readable as long as the cache lives.
 class RecordTable {
 public:
     RecordTable() {
@@ -28,81 +38,93 @@ public:
 
     UnitPool& pool() { return pool_; }
 
-    /// The record of a key, or nullptr.
-    Record* find(const RecordKey& key) const {
-        const std::uint64_t hash = hash_of(key);
+    /// The record of a key, or none.
+    RecordPlace find(const RecordKey& key) const {
+        const RecordKey brick_key = RecordBrick::key_of(key);
+        const std::uint64_t hash = hash_of(brick_key);
         const Part& part = parts_[hash >> 58];
-        return resolve(part.table.load(std::memory_order_acquire)->find(pool_, key, hash));
+        const std::uint32_t slot = part.table.load(std::memory_order_acquire)->find(pool_, brick_key, hash);
+        return slot == 0 ? RecordPlace() : resolve(find_in(brick_at(slot), key));
     }
 
-    /// Adds a record that lies at its own lattice point's key. What another thread has added meanwhile is
-    /// the same, and stays. Throws std::bad_alloc; then nothing is added.
-    Record* add(const Record& made) {
-        const std::uint32_t index = add(made.key, [&] {
-            const std::uint32_t at = pool_.allocate(sizeof(Record) / 8);
-            auto* record = new (pool_.at(at)) Record;
-            record->key = made.key;
-            record->fall = made.fall;
-            for (int k = 0; k < 3; ++k)
-                record->normal[k] = made.normal[k];
-            ++counts_[static_cast<std::size_t>(made.key.level())];
-            return at;
-        });
-        return resolve(index);
+    /// Adds a copy of a record under its lattice point's key. What another thread has added meanwhile is the
+    /// same, and stays. Throws std::bad_alloc; then nothing is added.
+    RecordPlace add(const RecordKey& key, const Record& made) {
+        const RecordKey brick_key = RecordBrick::key_of(key);
+        const std::uint64_t hash = hash_of(brick_key);
+        const std::uint32_t tag = RecordBrick::tag_of(key);
+        Part& part = parts_[hash >> 58];
+        const std::scoped_lock lock(part.adding);
+        const std::uint32_t slot = part.tables.back()->find(pool_, brick_key, hash);
+        RecordPlace place;
+        if (slot == 0) {
+            Table& table = part.with_room(pool_);
+            const std::uint32_t at = pool_.allocate(sizeof(RecordBrick) / 8);
+            auto* brick = new (pool_.at(at)) RecordBrick;
+            brick->key = brick_key;
+            brick->first.put(0, tag, made);
+            table.put(at, hash);
+            ++part.count;
+            place = {&brick->first.records[0], brick, key};
+        } else {
+            RecordBrick& brick = brick_at(slot);
+            place = find_in(brick, key);
+            if (place)
+                return resolve(place);
+            place = {add_to(brick, tag, made), &brick, key};
+        }
+        if (!made.is_alias())
+            ++counts_[static_cast<std::size_t>(key.level())];
+        return resolve(place);
     }
 
-    /// Makes a second key lead to a record of this table.
-    Record* add_alias(const RecordKey& key, const Record& target) {
-        const std::uint32_t index = add(key, [&] {
-            const std::uint32_t record =
-                parts_[hash_of(target.key) >> 58].table.load()->find(pool_, target.key, hash_of(target.key));
-            const std::uint32_t at = pool_.allocate(sizeof(Alias) / 8);
-            new (pool_.at(at)) Alias{key, record};
-            return at | alias_bit;
-        });
-        return resolve(index);
+    /// Makes a second key lead to the record of a lattice point farther down in the same column.
+    void add_alias(const RecordKey& key, const RecordKey& target) {
+        Record alias;
+        alias.fall = static_cast<float>(key.steps_to(target));
+        alias.links.store(Record::alias_bit, std::memory_order_relaxed);
+        add(key, alias);
     }
 
-    /// Calls visit(record) for all records there are by now, in no particular order.
+    /// Calls visit(place) for all records there are by now, in no particular order.
     template <class Visitor>
     void for_each_record(Visitor&& visit) const {
-        for_each_slot([&](std::uint32_t slot) {
-            if ((slot & alias_bit) == 0)
-                visit(*reinterpret_cast<const Record*>(pool_.at(slot)));
+        for_each([&](const RecordPlace& place) {
+            if (!place.record->is_alias())
+                visit(place);
         });
     }
-    /// Calls visit(key, record) for all keys that lead to another key's record.
+    /// Calls visit(key, place) for all keys that lead to another key's record.
     template <class Visitor>
     void for_each_alias(Visitor&& visit) const {
-        for_each_slot([&](std::uint32_t slot) {
-            if ((slot & alias_bit) != 0)
-                visit(key_of(pool_, slot), *resolve(slot));
+        for_each([&](const RecordPlace& place) {
+            if (place.record->is_alias())
+                visit(place.key, resolve(place));
         });
     }
 
-    /// Forgets the aliases for which alias_goes(key, record) holds, then the records for which
-    /// record_goes(record) does: that may do away with what they hold. No alias of such a record may stay.
+    /// Forgets the aliases for which alias_goes(key, place) holds, then the records for which
+    /// record_goes(place) does: that may do away with what they hold. No alias of such a record may stay.
     /// Nobody else may use the table meanwhile. Returns the number of records.
     template <class AliasGoes, class RecordGoes>
     std::size_t forget(AliasGoes&& alias_goes, RecordGoes&& record_goes) {
         std::size_t forgotten = 0;
-        for (Part& part : parts_)
-            forget_in(part, [&](std::uint32_t slot) {
-                const bool goes =
-                    (slot & alias_bit) != 0 && alias_goes(key_of(pool_, slot), std::as_const(*resolve(slot)));
-                if (goes)
-                    pool_.give_back(slot & ~alias_bit, sizeof(Alias) / 8);
-                return goes;
+        for_each_brick([&](RecordBrick& brick) {
+            forget_in(brick, [&](const RecordPlace& place) {
+                return place.record->is_alias() && alias_goes(place.key, resolve(place));
             });
-        for (Part& part : parts_)
-            forget_in(part, [&](std::uint32_t slot) {
-                if ((slot & alias_bit) != 0 || !record_goes(*resolve(slot)))
+        });
+        for_each_brick([&](RecordBrick& brick) {
+            forget_in(brick, [&](const RecordPlace& place) {
+                if (place.record->is_alias() || !record_goes(place))
                     return false;
-                --counts_[static_cast<std::size_t>(key_of(pool_, slot).level())];
-                pool_.give_back(slot, sizeof(Record) / 8);
+                --counts_[static_cast<std::size_t>(place.key.level())];
                 ++forgotten;
                 return true;
             });
+        });
+        for (Part& part : parts_)
+            drop_empty_bricks(part);
         return forgotten;
     }
 
@@ -123,14 +145,13 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t alias_bit = 1u << 31;
     static constexpr std::uint32_t first_size = 16;
 
     struct Table {
         explicit Table(std::uint32_t size)
             : mask(size - 1), slots(std::make_unique<std::atomic<std::uint32_t>[]>(size)) {}
 
-        /// The slot's value of a key, 0 if it is not there.
+        /// The slot's value of a brick's key, 0 if it is not there.
         std::uint32_t find(const UnitPool& pool, const RecordKey& key, std::uint64_t hash) const {
             for (auto i = static_cast<std::uint32_t>(hash);; ++i) {
                 const std::uint32_t slot = slots[i & mask].load(std::memory_order_acquire);
@@ -180,6 +201,18 @@ private:
             bytes.fetch_add(size * sizeof(std::uint32_t), std::memory_order_relaxed);
             return *tables.back();
         }
+        /// The table in use, or a greater one, with room for one more. Throws std::bad_alloc.
+        Table& with_room(const UnitPool& pool) {
+            Table& now = *tables.back();
+            if (4 * (count + 1) <= 3 * (now.mask + 1))
+                return now;
+            Table& greater = grow(2 * (now.mask + 1));
+            for (std::uint32_t i = 0; i <= now.mask; ++i)
+                if (const std::uint32_t slot = now.slots[i].load(std::memory_order_relaxed); slot != 0)
+                    greater.put(slot, hash_of(key_of(pool, slot)));
+            table.store(&greater, std::memory_order_release);
+            return greater;
+        }
         /// Nobody is in the others any more.
         void keep_last() {
             for (std::size_t i = 0; i + 1 < tables.size(); ++i)
@@ -190,65 +223,138 @@ private:
     };
 
     template <class Visitor>
-    void for_each_slot(Visitor&& visit) const {
+    void for_each_brick(Visitor&& visit) const {
         for (const Part& part : parts_) {
             const Table& table = *part.table.load(std::memory_order_acquire);
             for (std::uint32_t i = 0; i <= table.mask; ++i)
                 if (const std::uint32_t slot = table.slots[i].load(std::memory_order_acquire); slot != 0)
-                    visit(slot);
+                    visit(brick_at(slot));
         }
     }
 
+    /// Calls visit(group, its header) for the groups of a brick, until that returns true.
+    template <class Visitor>
+    void for_each_group(RecordBrick& brick, Visitor&& visit) const {
+        RecordGroup* group = &brick.first;
+        for (;;) {
+            const std::uint64_t header = group->header.load(std::memory_order_acquire);
+            const std::uint32_t next = RecordGroup::next_of(header);
+            if (visit(*group, header) || next == 0)
+                return;
+            group = &group_at(next);
+        }
+    }
+
+    /// Calls visit(place) for all records and aliases.
+    template <class Visitor>
+    void for_each(Visitor&& visit) const {
+        for_each_brick([&](RecordBrick& brick) {
+            for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
+                for (std::size_t i = 0; i < RecordGroup::size; ++i)
+                    if (const std::uint32_t tag = RecordGroup::tag_of(header, i); tag != 0)
+                        visit(RecordPlace{&group.records[i], &brick, brick.record_key(tag)});
+                return false;
+            });
+        });
+    }
+
+    /// The record or alias of a key in its brick, or none.
+    RecordPlace find_in(RecordBrick& brick, const RecordKey& key) const {
+        RecordPlace place;
+        for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
+            const std::size_t i = RecordGroup::find(header, RecordBrick::tag_of(key));
+            if (i == RecordGroup::size)
+                return false;
+            place = {&group.records[i], &brick, key};
+            return true;
+        });
+        return place;
+    }
+
+    Record* add_to(RecordBrick& brick, std::uint32_t tag, const Record& made) {
+        Record* added = nullptr;
+        RecordGroup* last = nullptr;
+        for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
+            last = &group;
+            const std::size_t i = RecordGroup::find(header, 0);
+            if (i == RecordGroup::size)
+                return false;
+            group.put(i, tag, made);
+            added = &group.records[i];
+            return true;
+        });
+        if (added != nullptr)
+            return added;
+        const std::uint32_t at = pool_.allocate(sizeof(RecordGroup) / 8);
+        auto* group = new (pool_.at(at)) RecordGroup;
+        group->put(0, tag, made);
+        last->header.fetch_or(static_cast<std::uint64_t>(at) << 32, std::memory_order_release);
+        return &group->records[0];
+    }
+
     template <class Goes>
-    void forget_in(Part& part, Goes&& goes) {
+    void forget_in(RecordBrick& brick, Goes&& goes) {
+        for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
+            for (std::size_t i = 0; i < RecordGroup::size; ++i)
+                if (const std::uint32_t tag = RecordGroup::tag_of(header, i);
+                    tag != 0 && goes(RecordPlace{&group.records[i], &brick, brick.record_key(tag)}))
+                    group.take_out(i);
+            return false;
+        });
+    }
+
+    /// Gives back the groups in which nothing is left.
+    void drop_empty_groups(RecordBrick& brick) {
+        RecordGroup* group = &brick.first;
+        for (;;) {
+            const std::uint64_t header = group->header.load(std::memory_order_relaxed);
+            const std::uint32_t next = RecordGroup::next_of(header);
+            if (next == 0)
+                return;
+            const std::uint64_t next_header = group_at(next).header.load(std::memory_order_relaxed);
+            if (RecordGroup::has_tags(next_header)) {
+                group = &group_at(next);
+                continue;
+            }
+            group->header.store((header & 0xffffffffu) |
+                                    static_cast<std::uint64_t>(RecordGroup::next_of(next_header)) << 32,
+                                std::memory_order_relaxed);
+            pool_.give_back(next, sizeof(RecordGroup) / 8);
+        }
+    }
+
+    void drop_empty_bricks(Part& part) {
         part.keep_last();
         Table& table = *part.tables.back();
         for (std::uint32_t i = 0; i <= table.mask;) {
             const std::uint32_t slot = table.slots[i].load(std::memory_order_relaxed);
-            if (slot == 0 || !goes(slot)) {
+            if (slot != 0)
+                drop_empty_groups(brick_at(slot));
+            if (slot == 0 || brick_at(slot).first.header.load(std::memory_order_relaxed) != 0) {
                 ++i;
                 continue;
             }
             // What moves up into the slot is looked at next.
             table.take_out(pool_, i);
+            pool_.give_back(slot, sizeof(RecordBrick) / 8);
             --part.count;
         }
     }
 
+    static RecordBrick& brick_in(const UnitPool& pool, std::uint32_t at) {
+        return *reinterpret_cast<RecordBrick*>(pool.at(at));
+    }
+    RecordBrick& brick_at(std::uint32_t at) const { return brick_in(pool_, at); }
+    RecordGroup& group_at(std::uint32_t at) const { return *reinterpret_cast<RecordGroup*>(pool_.at(at)); }
     static const RecordKey& key_of(const UnitPool& pool, std::uint32_t slot) {
-        // Records and aliases begin with their keys.
-        const void* at = pool.at(slot & ~alias_bit);
-        return *static_cast<const RecordKey*>(at);
+        return brick_in(pool, slot).key;
     }
 
-    Record* resolve(std::uint32_t slot) const {
-        if (slot == 0)
-            return nullptr;
-        if ((slot & alias_bit) != 0)
-            slot = reinterpret_cast<const Alias*>(pool_.at(slot & ~alias_bit))->record;
-        return reinterpret_cast<Record*>(pool_.at(slot));
-    }
-
-    template <class Make>
-    std::uint32_t add(const RecordKey& key, const Make& make) {
-        const std::uint64_t hash = hash_of(key);
-        Part& part = parts_[hash >> 58];
-        const std::scoped_lock lock(part.adding);
-        Table* table = part.tables.back().get();
-        if (const std::uint32_t known = table->find(pool_, key, hash); known != 0)
-            return known;
-        if (4 * (part.count + 1) > 3 * (table->mask + 1)) {
-            Table& greater = part.grow(2 * (table->mask + 1));
-            for (std::uint32_t i = 0; i <= table->mask; ++i)
-                if (const std::uint32_t slot = table->slots[i].load(std::memory_order_relaxed); slot != 0)
-                    greater.put(slot, hash_of(key_of(pool_, slot)));
-            table = &greater;
-            part.table.store(table, std::memory_order_release);
-        }
-        const std::uint32_t value = make();
-        table->put(value, hash);
-        ++part.count;
-        return value;
+    /// The record that an alias leads to; others lead to themselves.
+    RecordPlace resolve(const RecordPlace& place) const {
+        if (!place || !place.record->is_alias())
+            return place;
+        return find(place.key.below(static_cast<int>(place.record->fall)));
     }
 
     mutable UnitPool pool_;

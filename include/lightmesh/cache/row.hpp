@@ -14,30 +14,24 @@ namespace lightmesh::detail {
 /// Lights are handled in tiles of 64, and their visibilities, a byte each, in octets of 8 lights.
 inline constexpr std::size_t lamps_per_tile = 64;
 
+/// Values of a tile's lights, a byte each.
+using TileValues = std::array<std::uint8_t, lamps_per_tile>;
+
 /// The visibilities of a tile of lights at one record, as far as they are known: eight bytes an octet, the
 /// first light's in the lowest, 0 until they are known.
 struct RowBytes {
     std::uint64_t known = 0;  ///< one bit for each light
     std::array<std::uint64_t, 8> octets{};
+
+    std::uint8_t byte(std::size_t l) const { return static_cast<std::uint8_t>(octets[l / 8] >> l % 8 * 8); }
 };
 
-/// Where the octets of a tile stand; null where no light of the octet is known.
-struct TileRow {
-    std::uint64_t known = 0;
-    std::array<const std::atomic<std::uint64_t>*, 8> octets{};
-
-    std::uint64_t octet(int o) const {
-        return octets[static_cast<std::size_t>(o)]->load(std::memory_order_relaxed);
-    }
-    RowBytes bytes() const {
-        RowBytes row;
-        row.known = known;
-        for (std::size_t o = 0; o < 8; ++o)
-            if (octets[o] != nullptr)
-                row.octets[o] = octets[o]->load(std::memory_order_relaxed);
-        return row;
-    }
-};
+inline TileValues values_of(const RowBytes& row) {
+    TileValues values;
+    for (std::size_t l = 0; l < lamps_per_tile; ++l)
+        values[l] = row.byte(l);
+    return values;
+}
 
 /// The octets of the lights in a mask.
 inline std::uint32_t octets_of(std::uint64_t lights) {
@@ -47,133 +41,256 @@ inline std::uint32_t octets_of(std::uint64_t lights) {
     return octets;
 }
 
-/// The rows of a record: a list of blocks in the pool, each with some neighbouring octets of a tile. A block
-/// is a word {next block: 32 bits, tile: 16, first octet: 8, number of octets: 8}, a word of known lights,
-/// and its octets. Blocks are only ever added, at the head; no two have the same octet. Bytes are 0 until
-/// they are known, and are or-ed in: what two threads find at once is the same.
+/// The lights of some octets.
+inline std::uint64_t lights_of(std::uint32_t octets) {
+    std::uint64_t lights = 0;
+    for (int o = 0; o < 8; ++o)
+        lights |= std::uint64_t{(octets >> o & 1u) * 255u} << 8 * o;
+    return lights;
+}
+
+/// Eight bytes, 255 where a bit is set.
+inline std::uint64_t bytes_of(std::uint64_t bits) {
+    const std::uint64_t apart = bits * 0x0101010101010101u & 0x8040201008040201u;
+    return ((apart + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u) * 255u;
+}
+
+/// The rows of a record: a list of blocks in the pool. Most values are 0 or 255, closed or open, and take a
+/// bit; others take a byte. A block begins with a word, its head:
+///
+///     bits of an octet    next block: 30 bits, 1, tile: 14, octet: 3, known lights: 8, open ones: 8
+///     bits of a tile      next block: 30 bits, 0, tile: 16, 1; a word of known lights, one of open ones
+///     bytes               next block: 30 bits, 0, tile: 16, 0, first octet: 3, number of octets less one: 3,
+///                         if that is one its known lights: 8; else a word of known lights; the octets
+///
+/// Blocks are only ever added, at the front; no two have bytes of the same octet. A light may be known in
+/// several. Bits and bytes are 0 until they are known, and are or-ed in: what two threads find at once is the
+/// same.
 class RowList {
 public:
-    RowList(UnitPool& pool, std::atomic<std::uint32_t>& head) : pool_(pool), head_(head) {}
+    RowList(UnitPool& pool, std::atomic<std::uint32_t>& front) : pool_(pool), front_(front) {}
 
-    TileRow gather(std::size_t tile) const {
-        TileRow row;
-        for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
-            const std::atomic<std::uint64_t>* block = pool_.at(at);
-            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
-            if (tile_of(header) == tile) {
-                row.known |= block[1].load(std::memory_order_acquire);
-                for (std::size_t o = 0; o < count_of(header); ++o)
-                    row.octets[first_of(header) + o] = block + 2 + o;
+    /// What is known of a tile.
+    RowBytes gather(std::size_t tile) const {
+        RowBytes row;
+        for_each_block([&](const Block& block) {
+            if (block.tile() != tile)
+                return;
+            const std::uint64_t known = block.known();
+            row.known |= known;
+            if (block.is_octet_of_bits()) {
+                row.octets[block.first()] |= bytes_of(block.head >> open_shift);
+            } else if (block.is_tile_of_bits()) {
+                const std::uint64_t open = block.words[2].load(std::memory_order_relaxed);
+                for (std::size_t o = 0; o < 8; ++o)
+                    row.octets[o] |= bytes_of(open >> 8 * o & 255u);
+            } else {
+                for (std::size_t o = 0; o < block.count(); ++o)
+                    row.octets[block.first() + o] |= block.octets()[o].load(std::memory_order_relaxed);
             }
-            at = next_of(header);
-        }
+        });
         return row;
     }
 
     /// Calls visit(tile, lights) for each block: those of its lights that are known. A tile may come again.
     template <class Visitor>
     void for_each(Visitor&& visit) const {
-        for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
-            const std::atomic<std::uint64_t>* block = pool_.at(at);
-            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
-            visit(tile_of(header), block[1].load(std::memory_order_acquire));
-            at = next_of(header);
-        }
+        for_each_block([&](const Block& block) { visit(block.tile(), block.known()); });
     }
 
-    /// Adds blocks for octets that have none. Throws std::bad_alloc. Returns the number of octets added.
-    std::size_t make_room(std::size_t tile, std::uint32_t octets) {
+    /// Makes the values of some lights of a tile known. Throws std::bad_alloc; then none of them is. Returns
+    /// the number of octets for which there is room now and was none.
+    std::size_t add(std::size_t tile, std::uint64_t lights, const TileValues& values) {
+        std::uint64_t grey = 0;
+        for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            if (values[l] != 0 && values[l] != 255)
+                grey |= rest & (~rest + 1u);
+        }
         std::size_t added = 0;
-        for (;;) {
-            const std::uint32_t head = head_.load(std::memory_order_acquire);
-            std::uint32_t there = 0;
-            const TileRow row = gather(tile);
-            for (std::size_t o = 0; o < 8; ++o)
-                there |= static_cast<std::uint32_t>(row.octets[o] != nullptr) << o;
-            const std::uint32_t missing = octets & ~there;
-            if (missing == 0)
-                return added;
-            // From the first missing octet as far as there is none in the way.
-            const int first = std::countr_zero(missing);
-            const std::uint32_t in_the_way = there >> first | 1u << (8 - first);
-            const std::uint32_t wanted = missing >> first & ((1u << std::countr_zero(in_the_way)) - 1u);
-            const auto count = static_cast<std::uint32_t>(std::bit_width(wanted));
-            const std::uint32_t at = pool_.allocate(2 + count);
-            pool_.at(at)[0].store(head | static_cast<std::uint64_t>(tile) << 32 |
-                                      static_cast<std::uint64_t>(first) << 48 |
-                                      static_cast<std::uint64_t>(count) << 56,
-                                  std::memory_order_relaxed);
-            std::uint32_t expected = head;
-            if (head_.compare_exchange_strong(expected, at, std::memory_order_acq_rel))
-                added += count;
-        }
-    }
-
-    /// Makes the values of some lights of a tile known. Their octets have room.
-    void publish(std::size_t tile, std::uint64_t lights,
-                 const std::array<std::uint8_t, lamps_per_tile>& values) {
-        for (std::uint32_t at = head_.load(std::memory_order_acquire); at != 0;) {
-            std::atomic<std::uint64_t>* block = pool_.at(at);
-            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
-            if (tile_of(header) == tile) {
-                std::uint64_t stored = 0;
-                for (std::size_t o = first_of(header); o < first_of(header) + count_of(header); ++o) {
-                    std::uint64_t bytes = 0;
-                    for (std::size_t b = 0; b < 8; ++b)
-                        if ((lights >> (8 * o + b) & 1u) != 0)
-                            bytes |= static_cast<std::uint64_t>(values[8 * o + b]) << 8 * b;
-                    block[2 + o - first_of(header)].fetch_or(bytes, std::memory_order_relaxed);
-                    stored |= lights & std::uint64_t{255} << 8 * o;
-                }
-                block[1].fetch_or(stored, std::memory_order_release);
-            }
-            at = next_of(header);
-        }
+        const std::uint64_t in_bytes = make_room(tile, octets_of(lights), octets_of(grey), added);
+        for_each_block([&](const Block& block) {
+            if (block.tile() == tile)
+                publish(block, block.is_bits() ? lights & ~in_bytes : lights & in_bytes, values);
+        });
+        return added;
     }
 
     /// Makes lights of a tile unknown again; their room stays. Returns how many were known. Nobody may use
     /// the record meanwhile.
     std::size_t forget(std::size_t tile, std::uint64_t lights) {
-        std::size_t forgotten = 0;
-        for (std::uint32_t at = head_.load(std::memory_order_relaxed); at != 0;) {
-            std::atomic<std::uint64_t>* block = pool_.at(at);
-            const std::uint64_t header = block[0].load(std::memory_order_relaxed);
-            const std::uint64_t known = block[1].load(std::memory_order_relaxed);
-            if (const std::uint64_t gone = known & lights; gone != 0 && tile_of(header) == tile) {
-                forgotten += static_cast<std::size_t>(std::popcount(gone));
-                block[1].store(known & ~gone, std::memory_order_relaxed);
-                for (std::uint64_t rest = gone; rest != 0; rest &= rest - 1) {
-                    const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-                    block[2 + l / 8 - first_of(header)].fetch_and(~(std::uint64_t{255} << l % 8 * 8),
-                                                                  std::memory_order_relaxed);
-                }
+        std::uint64_t forgotten = 0;
+        for_each_block([&](const Block& block) {
+            const std::uint64_t gone = block.known() & lights;
+            if (gone == 0 || block.tile() != tile)
+                return;
+            forgotten |= gone;
+            if (block.has_known_in_head()) {
+                const std::uint64_t of_octet = gone >> 8 * block.first() & 255u;
+                const std::uint64_t open = block.is_bits() ? of_octet << open_shift : 0;
+                block.words[0].fetch_and(~(of_octet << block.known_shift() | open),
+                                         std::memory_order_relaxed);
+            } else {
+                block.words[1].fetch_and(~gone, std::memory_order_relaxed);
             }
-            at = next_of(header);
-        }
-        return forgotten;
+            if (block.is_tile_of_bits())
+                block.words[2].fetch_and(~gone, std::memory_order_relaxed);
+            for (std::size_t o = 0; o < block.count() && !block.is_bits(); ++o)
+                block.octets()[o].fetch_and(~bytes_of(gone >> 8 * (block.first() + o) & 255u),
+                                            std::memory_order_relaxed);
+        });
+        return static_cast<std::size_t>(std::popcount(forgotten));
     }
 
-    /// Gives all blocks back to the pool. Nobody may use the record meanwhile. Returns how many octets they
-    /// had.
+    /// Gives all blocks back to the pool. Nobody may use the record meanwhile. Returns for how many octets
+    /// they had room.
     std::size_t give_back() {
         std::size_t octets = 0;
-        for (std::uint32_t at = head_.exchange(0, std::memory_order_relaxed); at != 0;) {
-            const std::uint64_t header = pool_.at(at)[0].load(std::memory_order_relaxed);
-            octets += count_of(header);
-            pool_.give_back(at, static_cast<std::uint32_t>(2 + count_of(header)));
-            at = next_of(header);
+        for (std::uint32_t at = front_.exchange(0, std::memory_order_relaxed); at != 0;) {
+            const Block block(pool_, at);
+            octets += block.count();
+            pool_.give_back(at, block.size());
+            at = block.next();
         }
         return octets;
     }
 
 private:
-    static std::uint32_t next_of(std::uint64_t header) { return static_cast<std::uint32_t>(header); }
-    static std::size_t tile_of(std::uint64_t header) { return header >> 32 & 0xffffu; }
-    static std::size_t first_of(std::uint64_t header) { return header >> 48 & 0xffu; }
-    static std::size_t count_of(std::uint64_t header) { return header >> 56; }
+    static constexpr std::uint64_t next_mask = (1u << 30) - 1u;
+    static constexpr std::uint64_t octet_of_bits = 1u << 30;
+    static constexpr int tile_shift = 31;
+    static constexpr int bits_octet_shift = 45;
+    static constexpr std::uint64_t tile_of_bits = std::uint64_t{1} << 47;
+    static constexpr int first_shift = 48;
+    static constexpr int count_shift = 51;
+    static constexpr int open_shift = 56;
+    static constexpr std::size_t few_tiles = 1u << 14;  ///< that heads of bits of octets can name
+    static_assert(static_cast<std::uint64_t>(UnitPool::chunk_limit) * UnitPool::chunk_units <= next_mask + 1);
+
+    /// A block, or, without words, what its head says.
+    struct Block {
+        explicit Block(std::uint64_t head_alone) : words(nullptr), head(head_alone) {}
+        Block(const UnitPool& pool, std::uint32_t at)
+            : words(pool.at(at)), head(words[0].load(std::memory_order_acquire)) {}
+
+        std::atomic<std::uint64_t>* words;
+        std::uint64_t head;
+
+        std::uint32_t next() const { return static_cast<std::uint32_t>(head & next_mask); }
+        bool is_octet_of_bits() const { return (head & octet_of_bits) != 0; }
+        bool is_tile_of_bits() const { return !is_octet_of_bits() && (head & tile_of_bits) != 0; }
+        bool is_bits() const { return is_octet_of_bits() || (head & tile_of_bits) != 0; }
+        std::size_t tile() const {
+            return head >> tile_shift & (is_octet_of_bits() ? few_tiles - 1u : 0xffffu);
+        }
+        std::size_t first() const {
+            return is_octet_of_bits()  ? head >> bits_octet_shift & 7u
+                   : is_tile_of_bits() ? 0
+                                       : head >> first_shift & 7u;
+        }
+        /// Of octets.
+        std::size_t count() const {
+            return is_octet_of_bits() ? 1 : is_tile_of_bits() ? 8 : (head >> count_shift & 7u) + 1;
+        }
+        bool has_known_in_head() const { return count() == 1; }
+        int known_shift() const { return is_octet_of_bits() ? 48 : 54; }
+        std::uint64_t known() const {
+            return has_known_in_head() ? (head >> known_shift() & 255u) << 8 * first()
+                                       : words[1].load(std::memory_order_acquire);
+        }
+        std::atomic<std::uint64_t>* octets() const { return words + (has_known_in_head() ? 1 : 2); }
+        /// In units of the pool.
+        std::uint32_t size() const {
+            return is_octet_of_bits()  ? 1
+                   : is_tile_of_bits() ? 3
+                                       : static_cast<std::uint32_t>(count() + (has_known_in_head() ? 1 : 2));
+        }
+    };
+
+    template <class Visitor>
+    void for_each_block(Visitor&& visit) const {
+        for (std::uint32_t at = front_.load(std::memory_order_acquire); at != 0;) {
+            const Block block(pool_, at);
+            visit(block);
+            at = block.next();
+        }
+    }
+
+    /// Adds blocks, so that there is room for values of some octets, of which those in `grey` need bytes.
+    /// Returns the lights that go there.
+    std::uint64_t make_room(std::size_t tile, std::uint32_t octets, std::uint32_t grey, std::size_t& added) {
+        for (;;) {
+            const std::uint32_t front = front_.load(std::memory_order_acquire);
+            std::uint32_t bits = 0;
+            std::uint32_t bytes = 0;
+            for (std::uint32_t at = front; at != 0;) {
+                const Block block(pool_, at);
+                if (block.tile() == tile)
+                    (block.is_bits() ? bits : bytes) |= ((1u << block.count()) - 1u) << block.first();
+                at = block.next();
+            }
+            const std::uint32_t lacking = octets & ~bytes & (grey | ~bits);
+            if (lacking == 0)
+                return lights_of(bytes);
+            const std::uint64_t head =
+                (lacking & grey) != 0 ? head_of_bytes(lacking & grey, bytes) : head_of_bits(lacking, tile);
+            const std::uint32_t at = pool_.allocate(Block(head).size());
+            pool_.at(at)[0].store(head | front | static_cast<std::uint64_t>(tile) << tile_shift,
+                                  std::memory_order_relaxed);
+            std::uint32_t expected = front;
+            if (front_.compare_exchange_strong(expected, at, std::memory_order_acq_rel))
+                added += Block(head).count();
+        }
+    }
+
+    /// From the first octet as far as there is none with bytes in the way.
+    static std::uint64_t head_of_bytes(std::uint32_t octets, std::uint32_t bytes) {
+        const int first = std::countr_zero(octets);
+        const std::uint32_t in_the_way = bytes >> first | 1u << (8 - first);
+        const std::uint32_t wanted = octets >> first & ((1u << std::countr_zero(in_the_way)) - 1u);
+        return static_cast<std::uint64_t>(first) << first_shift |
+               static_cast<std::uint64_t>(std::bit_width(wanted) - 1) << count_shift;
+    }
+    static std::uint64_t head_of_bits(std::uint32_t octets, std::size_t tile) {
+        if (std::popcount(octets) > 2 || tile >= few_tiles)
+            return tile_of_bits;
+        return octet_of_bits | static_cast<std::uint64_t>(std::countr_zero(octets)) << bits_octet_shift;
+    }
+
+    /// Makes those of some lights known for which a block has room.
+    static void publish(const Block& block, std::uint64_t lights, const TileValues& values) {
+        lights &= lights_of(((1u << block.count()) - 1u) << block.first());
+        if (lights == 0)
+            return;
+        std::uint64_t open = 0;
+        for (std::uint64_t rest = lights; rest != 0 && block.is_bits(); rest &= rest - 1)
+            if (values[static_cast<std::size_t>(std::countr_zero(rest))] != 0)
+                open |= rest & (~rest + 1u);
+        if (block.is_octet_of_bits()) {
+            const std::size_t down = 8 * block.first();
+            block.words[0].fetch_or((lights >> down) << block.known_shift() | (open >> down) << open_shift,
+                                    std::memory_order_release);
+            return;
+        }
+        if (block.is_tile_of_bits())
+            block.words[2].fetch_or(open, std::memory_order_relaxed);
+        for (std::size_t o = 0; o < block.count() && !block.is_bits(); ++o) {
+            std::uint64_t bytes = 0;
+            for (std::size_t b = 0; b < 8; ++b)
+                if (const std::size_t l = 8 * (block.first() + o) + b; (lights >> l & 1u) != 0)
+                    bytes |= static_cast<std::uint64_t>(values[l]) << 8 * b;
+            if (bytes != 0)
+                block.octets()[o].fetch_or(bytes, std::memory_order_relaxed);
+        }
+        if (block.has_known_in_head())
+            block.words[0].fetch_or((lights >> 8 * block.first()) << block.known_shift(),
+                                    std::memory_order_release);
+        else
+            block.words[1].fetch_or(lights, std::memory_order_release);
+    }
 
     UnitPool& pool_;
-    std::atomic<std::uint32_t>& head_;
+    std::atomic<std::uint32_t>& front_;
 };
 
 }  // namespace lightmesh::detail

@@ -65,23 +65,21 @@ public:
     }
 
     /// The values of a tile of lights at a record, as far as they are known.
-    TileRow row(const StoredRecord& record, std::size_t tile) const {
-        TileRow row;
+    RowBytes row(const StoredRecord& record, std::size_t tile) const {
+        RowBytes row;
         for (const StoredTile& stored : tiles_of(record)) {
             if (stored.tile != tile)
                 continue;
             row.known = stored.known;
             const std::uint64_t* octet = &octets_[stored.first_octet];
             for (std::uint32_t octets = octets_of(stored.known); octets != 0; octets &= octets - 1)
-                row.octets[static_cast<std::size_t>(std::countr_zero(octets))] =
-                    reinterpret_cast<const std::atomic<std::uint64_t>*>(octet++);
+                row.octets[static_cast<std::size_t>(std::countr_zero(octets))] = *octet++;
         }
         return row;
     }
 
-    /// A record as a live cache has it, without its row.
+    /// A record as a live cache has it, without its rows.
     static void copy(const StoredRecord& stored, Record& record) {
-        record.key = stored.key;
         record.fall = stored.fall;
         for (std::size_t k = 0; k < 3; ++k)
             record.normal[k] = stored.normal[k];
@@ -89,9 +87,6 @@ public:
     }
 
 private:
-    static_assert(sizeof(std::atomic<std::uint64_t>) == sizeof(std::uint64_t) &&
-                  std::atomic<std::uint64_t>::is_always_lock_free);
-
     void read_settings() {
         settings_.spacing = header_.spacing;
         settings_.detail = header_.detail;
@@ -173,6 +168,10 @@ private:
         for (const StoredAlias& alias : aliases_) {
             check_key(alias.key);
             require_right(alias.record < records_.size(), "a record is named that is not there");
+            const RecordKey& target = records_[alias.record].key;
+            const int steps = alias.key.steps_to(target);
+            require_right(steps > 0 && steps < 1 << 20 && alias.key.below(steps) == target,
+                          "a record lies in another column than its key says");
         }
     }
 

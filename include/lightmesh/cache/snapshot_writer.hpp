@@ -55,19 +55,19 @@ public:
 
 private:
     void copy_records() {
-        std::vector<const Record*> all;
-        table_.for_each_record([&](const Record& record) { all.push_back(&record); });
-        std::ranges::sort(
-            all, [](const Record* a, const Record* b) { return order_of(a->key) < order_of(b->key); });
+        std::vector<RecordPlace> all;
+        table_.for_each_record([&](const RecordPlace& place) { all.push_back(place); });
+        std::ranges::sort(all, {}, [](const RecordPlace& place) { return order_of(place.key); });
         records_.reserve(all.size());
-        for (const Record* record : all) {
-            StoredRecord stored{record->key,
-                                record->fall,
-                                {record->normal[0], record->normal[1], record->normal[2]},
-                                record->links.load(std::memory_order_relaxed),
+        for (const RecordPlace& place : all) {
+            const Record& record = *place.record;
+            StoredRecord stored{place.key,
+                                record.fall,
+                                {record.normal[0], record.normal[1], record.normal[2]},
+                                record.links.load(std::memory_order_relaxed),
                                 static_cast<std::uint32_t>(tiles_.size()),
                                 0};
-            copy_rows(const_cast<Record&>(*record));
+            copy_rows(*place.record);
             stored.tile_count = static_cast<std::uint32_t>(tiles_.size()) - stored.first_tile;
             records_.push_back(stored);
         }
@@ -81,27 +81,23 @@ private:
                 known_[tile] |= lights;
         });
         for (const auto& [tile, known] : known_) {
-            const TileRow row = list.gather(tile);
+            const RowBytes row = list.gather(tile);
             tiles_.push_back(
                 {static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(octets_.size()), known});
             for (std::uint32_t octets = octets_of(known); octets != 0; octets &= octets - 1) {
                 const int o = std::countr_zero(octets);
                 // A byte for each known light: others may just be on their way.
-                std::uint64_t bytes = 0;
-                for (int b = 0; b < 8; ++b)
-                    if ((known >> (8 * o + b) & 1u) != 0)
-                        bytes |= std::uint64_t{255} << 8 * b;
-                octets_.push_back(row.octet(o) & bytes);
+                octets_.push_back(row.octets[static_cast<std::size_t>(o)] & bytes_of(known >> 8 * o & 255u));
             }
         }
     }
 
     void copy_aliases() {
-        table_.for_each_alias([&](const RecordKey& key, const Record& record) {
+        table_.for_each_alias([&](const RecordKey& key, const RecordPlace& place) {
             // A record that was added after the others were copied is left out, and so are its aliases.
-            const auto at = std::ranges::lower_bound(records_, order_of(record.key), {},
+            const auto at = std::ranges::lower_bound(records_, order_of(place.key), {},
                                                      [](const StoredRecord& r) { return order_of(r.key); });
-            if (at != records_.end() && at->key == record.key)
+            if (at != records_.end() && at->key == place.key)
                 aliases_.push_back({key, static_cast<std::uint32_t>(at - records_.begin())});
         });
         std::ranges::sort(aliases_, {}, [](const StoredAlias& alias) { return order_of(alias.key); });

@@ -11,6 +11,7 @@
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/point_rays.hpp>
 #include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/record_brick.hpp>
 #include <lightmesh/cache/record_table.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache_settings.hpp>
@@ -76,10 +77,10 @@ public:
 
     /// All records so far.
     RecordTable& table() const { return *table_; }
-    /// Notes that somebody asks for a record in this frame.
-    void mark_used(const Record& record) const {
-        if (record.used.load(std::memory_order_relaxed) != frame_)
-            const_cast<Record&>(record).used.store(frame_, std::memory_order_relaxed);
+    /// Notes that somebody asks for a record of a brick in this frame.
+    void mark_used(RecordBrick& brick) const {
+        if (brick.used.load(std::memory_order_relaxed) != frame_)
+            brick.used.store(frame_, std::memory_order_relaxed);
     }
     /// Whether nothing more is to be kept.
     bool is_full() const {
@@ -88,9 +89,8 @@ public:
     }
     /// Keeps the values of some lights of a tile for a record of this cache.
     void keep_row(Record& record, std::size_t tile, std::uint64_t lights, const TileValues& values) const {
-        RowList list(table_->pool(), record.rows);
-        octets_.fetch_add(list.make_room(tile, octets_of(lights)), std::memory_order_relaxed);
-        list.publish(tile, lights, values);
+        octets_.fetch_add(RowList(table_->pool(), record.rows).add(tile, lights, values),
+                          std::memory_order_relaxed);
     }
 
     /// The record that falls from a lattice point.
@@ -99,18 +99,17 @@ public:
         // at different heights, share it.
         for (;;) {
             const RecordKey key(index, RecordKind::fallen, way, level);
-            if (const Record* known = table_->find(key))
-                return stand(*known, way, true);
-            spare.key = key;
+            if (const RecordPlace known = table_->find(key))
+                return stand(known, way);
             const int down = make(spare, index, way, level);
             if (down == 0)
-                return keep(spare, way);
+                return keep(key, spare, way);
             index[way.axis] -= down * static_cast<int>(way.sign);
             if (is_full())
                 continue;
             const Column below = column(index, way, level, spare);
             if (below.links != nullptr)
-                table_->add_alias(key, *below.record);
+                table_->add_alias(key, below.key);
             return below;
         }
     }
@@ -118,10 +117,10 @@ public:
     /// A record in the air, at a lattice point.
     Column air(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         const RecordKey key(index, RecordKind::air, way, level);
-        if (const Record* known = table_->find(key))
-            return stand(*known, way, true);
-        reset(spare, key);
-        return keep(spare, way);
+        if (const RecordPlace known = table_->find(key))
+            return stand(known, way);
+        spare = Record();
+        return keep(key, spare, way);
     }
 
     /// The probe of the cell of four columns whose least indices along u and v are those of `index`, and
@@ -129,22 +128,24 @@ public:
     /// below the cell's middle; of lamp rows it stands for places all over the cell.
     Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         const RecordKey key(index, RecordKind::probe, way, level);
-        if (const Record* known = table_->find(key))
-            return stand(*known, way, true);
-        reset(spare, key);
+        if (const RecordPlace known = table_->find(key))
+            return stand(known, way);
+        spare = Record();
         if constexpr (has_mesh) {
             if (const auto landing = land(probe_start(lattice_, index, way, level), way, level, 4.0f)) {
                 spare.fall = landing->fall;
                 spare.set_normal(landing->normal);
             }
         }
-        return keep(spare, way);
+        return keep(key, spare, way);
     }
 
     /// Whether the way between the lattice points of two neighbouring columns is free: `direction` 0 along u,
     /// 1 along v, from the lesser index. Not, if they differ by more than a step along the axis.
     bool is_linked(const Column& from, const Column& to, int direction, const Way& way, int level) const {
-        const int rise = to.index[way.axis] - from.index[way.axis];
+        const glm::ivec3 start = from.key.index();
+        const glm::ivec3 end = to.key.index();
+        const int rise = end[way.axis] - start[way.axis];
         if (rise < -1 || rise > 1)
             return false;
         const int bit = link_bit(direction, rise);
@@ -154,8 +155,7 @@ public:
                 return (links >> (bit + 6) & 1) != 0;
         }
         link_rays_.fetch_add(1, std::memory_order_relaxed);
-        const bool open =
-            !tracer_.occluded({lattice_.position(from.index, level), lattice_.position(to.index, level)});
+        const bool open = !tracer_.occluded({lattice_.position(start, level), lattice_.position(end, level)});
         if (from.links != nullptr)
             from.links->fetch_or(static_cast<std::uint16_t>((open ? 65 : 1) << bit),
                                  std::memory_order_relaxed);
@@ -168,7 +168,7 @@ public:
         const bool is_kept = column.links != nullptr;
         RowBytes row;
         if (is_kept)
-            row = RowList(table_->pool(), const_cast<Record*>(column.record)->rows).gather(tile).bytes();
+            row = RowList(table_->pool(), const_cast<Record*>(column.record)->rows).gather(tile);
         wanted &= ~row.known;
         if (wanted == 0)
             return row;
@@ -177,7 +177,7 @@ public:
         if (is_kept && !is_full()) {
             Record& record = const_cast<Record&>(*column.record);
             keep_row(record, tile, wanted, values);
-            return RowList(table_->pool(), record.rows).gather(tile).bytes();
+            return RowList(table_->pool(), record.rows).gather(tile);
         }
         for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
@@ -260,20 +260,24 @@ public:
     /// Forgets all that may have to do with a change of the scene.
     void forget(const CacheChange& change) {
         forgotten_records_ += table_->forget(
-            [&](const RecordKey& key, const Record& record) { return change.moves(key, record); },
-            [&](Record& record) {
+            [&](const RecordKey& key, const RecordPlace& place) {
+                return change.moves(key, place.key, *place.record);
+            },
+            [&](const RecordPlace& place) {
+                Record& record = *place.record;
                 RowList rows(table_->pool(), record.rows);
-                if (change.moves(record)) {
+                if (change.moves(place.key, record)) {
                     rows.for_each([&](std::size_t, std::uint64_t known) {
                         forgotten_values_ += static_cast<std::uint64_t>(std::popcount(known));
                     });
                     octets_.fetch_sub(rows.give_back(), std::memory_order_relaxed);
                     return true;
                 }
-                if (change.relinks(record))
+                if (change.relinks(place.key))
                     record.links.store(0, std::memory_order_relaxed);
                 rows.for_each([&](std::size_t tile, std::uint64_t known) {
-                    if (const std::uint64_t gone = known & ~change.unchanged(record, tile, known); gone != 0)
+                    if (const std::uint64_t gone = known & ~change.unchanged(place.key, record, tile, known);
+                        gone != 0)
                         forgotten_values_ += rows.forget(tile, gone);
                 });
                 return false;
@@ -286,26 +290,25 @@ public:
     void compact(int most_frames_unused = 0xffff) {
         auto copy = std::make_unique<RecordTable>();
         std::size_t octets = 0;
-        table_->for_each_record([&](const Record& record) {
-            if (frames_unused(record) > most_frames_unused)
+        table_->for_each_record([&](const RecordPlace& place) {
+            if (frames_unused(*place.brick) > most_frames_unused)
                 return;
-            Record& own = *copy->add(record);
-            own.used.store(record.used.load(std::memory_order_relaxed), std::memory_order_relaxed);
-            own.links.store(record.links.load(std::memory_order_relaxed), std::memory_order_relaxed);
-            const RowList from(table_->pool(), const_cast<Record&>(record).rows);
-            RowList to(copy->pool(), own.rows);
-            from.for_each([&](std::size_t tile, std::uint64_t known) {
-                TileValues values{};
-                const RowBytes row = from.gather(tile).bytes();
-                for (std::size_t l = 0; l < lamps_per_tile; ++l)
-                    values[l] = static_cast<std::uint8_t>(row.octets[l / 8] >> l % 8 * 8);
-                octets += to.make_room(tile, octets_of(known));
-                to.publish(tile, known, values);
+            Record without_rows = *place.record;
+            without_rows.rows.store(0, std::memory_order_relaxed);
+            const RecordPlace own = copy->add(place.key, without_rows);
+            own.brick->used.store(place.brick->used.load(std::memory_order_relaxed),
+                                  std::memory_order_relaxed);
+            const RowList from(table_->pool(), place.record->rows);
+            RowList to(copy->pool(), own.record->rows);
+            from.for_each([&](std::size_t tile, std::uint64_t) {
+                const RowBytes row = from.gather(tile);
+                if (const std::uint64_t lights = row.known & ~to.gather(tile).known; lights != 0)
+                    octets += to.add(tile, lights, values_of(row));
             });
         });
-        table_->for_each_alias([&](const RecordKey& key, const Record& record) {
-            if (const Record* own = copy->find(record.key))
-                copy->add_alias(key, *own);
+        table_->for_each_alias([&](const RecordKey& key, const RecordPlace& place) {
+            if (copy->find(place.key))
+                copy->add_alias(key, place.key);
         });
         table_ = std::move(copy);
         octets_.store(octets, std::memory_order_relaxed);
@@ -317,7 +320,7 @@ public:
     void begin_frame() {
         if (is_full()) {
             FrameAges ages;
-            table_->for_each_record([&](const Record& record) { ages.add(frames_unused(record)); });
+            table_->for_each_record([&](const RecordPlace& place) { ages.add(frames_unused(*place.brick)); });
             const auto least = static_cast<double>(RecordTable::least_bytes());
             const int frames = ages.most_of((0.75 * static_cast<double>(settings_.memory_budget) - least) /
                                             (static_cast<double>(table_->bytes()) - least));
@@ -349,8 +352,8 @@ private:
             user_lights_.reserve(2 * user_lights_.size() + 1);
     }
 
-    int frames_unused(const Record& record) const {
-        return static_cast<std::uint16_t>(frame_ - record.used.load(std::memory_order_relaxed));
+    int frames_unused(const RecordBrick& brick) const {
+        return static_cast<std::uint16_t>(frame_ - brick.used.load(std::memory_order_relaxed));
     }
 
     static constexpr bool has_mesh = !std::is_same_v<Rows, LampRows>;
@@ -369,16 +372,10 @@ private:
         }
         user_lights_[i] = light;
         const std::size_t tile = i / lamps_per_tile;
-        table_->for_each_record([&](const Record& record) {
-            forgotten_values_ += RowList(table_->pool(), const_cast<Record&>(record).rows)
+        table_->for_each_record([&](const RecordPlace& place) {
+            forgotten_values_ += RowList(table_->pool(), place.record->rows)
                                      .forget(tile, std::uint64_t{1} << i % lamps_per_tile);
         });
-    }
-
-    static void reset(Record& record, const RecordKey& key) {
-        record.key = key;
-        record.fall = -1.0f;
-        record.set_normal(glm::vec3(0.0f));
     }
 
     /// Where it is down from a place onto a surface, within some steps.
@@ -395,7 +392,7 @@ private:
     int make(Record& record, const glm::ivec3& index, const Way& way, int level) const {
         const auto step = static_cast<float>(lattice_.step(level));
         const auto landing = land(lattice_.position(index, level), way, level, 2.5f);
-        reset(record, record.key);
+        record = Record();
         if (!landing)
             return 0;
         const int down = static_cast<int>(std::floor(landing->fall / step - 0.25f));
@@ -406,22 +403,22 @@ private:
         return 0;
     }
 
-    Column keep(const Record& made, const Way& way) const {
-        return is_full() ? stand(made, way, false) : stand(*table_->add(made), way, true);
+    Column keep(const RecordKey& key, const Record& made, const Way& way) const {
+        return is_full() ? column_of(lattice_, key, made, way, false) : stand(table_->add(key, made), way);
     }
 
-    Column stand(const Record& record, const Way& way, bool is_kept) const {
-        mark_used(record);
-        return column_of(lattice_, record, way, is_kept);
+    Column stand(const RecordPlace& place, const Way& way) const {
+        mark_used(*place.brick);
+        return column_of(lattice_, place.key, *place.record, way, true);
     }
 
     void find_row(const Column& column, std::size_t tile, std::uint64_t wanted, TileValues& values) const {
-        const RecordKey& key = column.record->key;
+        const RecordKey& key = column.key;
         const int level = key.level();
         const double step = lattice_.step(level);
         // The same for all heights of a column: those on one surface give the same values.
         RecordKey seed = key;
-        seed.words[key.way().axis] &= ~((1u << 27) - 1u);
+        seed.words[key.way().axis] &= ~RecordKey::index_mask;
         if constexpr (has_mesh) {
             // The air above a surface looks to the side that the surface is seen from.
             const glm::vec3 normal = column.record->is_on_surface() ? column.normal : key.way().up();
