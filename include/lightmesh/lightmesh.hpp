@@ -28,6 +28,7 @@
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/fill/long_test_list.hpp>
 #include <lightmesh/fill/map_source.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/fill/volume_source.hpp>
