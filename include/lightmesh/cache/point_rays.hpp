@@ -69,8 +69,8 @@ private:
             return std::bit_cast<std::uint32_t>(value);
         };
         const std::uint64_t seed = mix_bits(bits(point.x) ^ bits(point.y) << 17 ^ bits(point.z) << 34);
-        LampRays<Tracer> rays(tracer_, lamps_, tile, {start, unit_normal, seed, step_, reach_});
-        rays.find(wanted, plan_, values);
+        LampRays<Tracer> rays(tracer_, lamps_, tile);
+        rays.find({start, unit_normal, seed, step_, reach_}, wanted, plan_, values);
         lamp_rays_ += rays.rays();
     }
 

@@ -23,13 +23,13 @@ public:
     ListFill(MeshData& data, std::uint32_t level, Trace& trace) : data_(data), level_(level), trace_(trace) {}
 
     /// Throws what the tracer throws, and std::bad_alloc.
-    void run(std::span<const UnitsAt> units) {
+    void run(std::span<const UnitTable::Entry> units) {
         for (std::size_t t = 0; t < data_.lights().tile_count(); ++t) {
             const std::size_t most = (std::min)(
                 most_long_test_words / static_cast<std::size_t>(data_.lights().tile_size(t)), most_bricks);
             bricks_.clear();
-            for (const UnitsAt& at : units) {
-                if (at.tile != t)
+            for (const UnitTable::Entry& at : units) {
+                if (at.key.tile != t)
                     continue;
                 add(at);
                 if (bricks_.size() == most)
@@ -46,10 +46,11 @@ private:
     /// What is known of them meanwhile takes 1.4 KiB each.
     static constexpr std::size_t most_bricks = std::size_t{1} << 14;
 
-    void add(const UnitsAt& at) {
-        const Brick& brick = data_.find_or_make_brick(at.brick);
-        if (const std::uint64_t missing = data_.view().missing(brick, at.tile, at.units); missing != 0)
-            bricks_.emplace_back().start(data_, {&brick, at.tile, missing});
+    void add(const UnitTable::Entry& units) {
+        const std::size_t tile = units.key.tile;
+        const Brick& brick = data_.find_or_make_brick(units.key.brick);
+        if (const std::uint64_t missing = data_.view().missing(brick, tile, units.mask); missing != 0)
+            bricks_.emplace_back().start(data_, {&brick, tile, missing});
     }
 
     void fill(std::size_t tile) {

@@ -64,8 +64,7 @@ public:
         if (levels_.size() < other.levels_.size())
             levels_.resize(other.levels_.size());
         for (std::size_t k = 0; k < other.levels_.size(); ++k)
-            for (const detail::UnitsAt& units : other.levels_[k].entries())
-                levels_[k].add(units);
+            levels_[k].add(other.levels_[k]);
     }
 
 private:

@@ -55,7 +55,7 @@ public:
 
     /// The same for many units of this level, by a caller's own tracer.
     template <LongTestTracer Trace>
-    void fill(std::span<const UnitsAt> missing, std::uint32_t level, Trace& trace) const {
+    void fill(std::span<const UnitTable::Entry> missing, std::uint32_t level, Trace& trace) const {
         ListFill<Trace> list_fill(data_, level, trace);
         list_fill.run(missing);
         long_tests_done_.fetch_add(list_fill.rays(), std::memory_order_relaxed);

@@ -278,7 +278,7 @@ private:
             return;
         }
         for (const MissingUnits& missing : missing_.entries())
-            listed_->add({missing.brick->position(), missing.tile, missing.units});
+            listed_->add({missing.brick->position(), missing.tile}, missing.units);
     }
 
     void need(const Brick& brick, std::size_t tile, std::uint64_t points, std::uint32_t groups) {
