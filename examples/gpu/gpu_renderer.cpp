@@ -145,7 +145,7 @@ struct GpuRenderer::Parts {
           waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
           colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
           round(on, sizeof(RoundWords)), mesh(mesh_of(algorithm, model, visibility)),
-          cache(algorithm == "cache" ? std::make_unique<CacheShadows>(on, model, visibility, pixels)
+          cache(algorithm == "cache" ? std::make_unique<CacheShadows>(on, model, scene, visibility, pixels)
                                      : nullptr),
           trace(on, trace_words, bindings({}), sizeof(BatchWords)),
           shade(on, shader_of(algorithm, visibility.settings.quality),
@@ -252,7 +252,7 @@ struct GpuRenderer::Parts {
             do {
                 cache->bind(shade);
                 shade_once(batch);
-            } while (cache->fill());
+            } while (cache->fill(cancel));
         });
     }
 
@@ -325,7 +325,7 @@ std::optional<lightmesh::CacheStatistics> GpuRenderer::cache() const {
 }
 
 DeviceFill GpuRenderer::filled() const {
-    return parts_->mesh ? parts_->mesh->spent() : DeviceFill{};
+    return parts_->mesh ? parts_->mesh->spent() : parts_->cache ? parts_->cache->spent() : DeviceFill{};
 }
 
 GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gpu/compute.hpp"
-#include "gpu/long_tests.hpp"
+#include "gpu/device_fill.hpp"
 #include "image/image.hpp"
 #include "render/embree_scene.hpp"
 #include "render/renderer.hpp"
@@ -52,7 +52,7 @@ public:
     /// Of the light mesh, if there is one.
     std::optional<lightmesh::MeshStatistics> mesh() const;
 
-    /// What shaders have found for the light mesh.
+    /// What shaders have found for the light mesh or the cache.
     DeviceFill filled() const;
 
     /// Of the visibility cache, if there is one.

@@ -4,8 +4,8 @@
 #include <lightmesh/gpu/mesh_upload.hpp>
 
 #include <algorithm>
-#include <array>
 #include <bit>
+#include <vector>
 
 namespace demo {
 
@@ -52,8 +52,7 @@ void LongTests::bind(std::span<const ComputeBinding> mesh) const {
 void LongTests::operator()(std::span<const lightmesh::LongTestWord> words, std::span<std::uint64_t> seen,
                            const std::atomic<bool>* cancel) {
     for (std::size_t first = 0; first < words.size(); first += at_once_) {
-        if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
-            throw Cancelled();
+        check_cancelled(cancel);
         const auto some = words.subspan(first, (std::min)(at_once_, words.size() - first));
         const auto count = static_cast<std::uint32_t>(some.size());
         words_.write(0, std::as_bytes(some));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gpu/compute.hpp"
+#include "gpu/device_fill.hpp"
 #include "gpu/gpu_scene.hpp"
 
 #include <lightmesh/fill/long_test_list.hpp>
@@ -10,22 +11,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
-#include <vector>
 
 namespace demo {
-
-/// What filling by shaders took so far.
-struct DeviceFill {
-    std::uint64_t rays = 0;
-    std::size_t dispatches = 0;
-    double seconds_device = 0.0;  ///< in shaders
-};
-
-/// Thrown where work is cancelled.
-struct Cancelled : std::runtime_error {
-    Cancelled() : std::runtime_error("cancelled") {}
-};
 
 /// Long tests of light meshes by the shaders' traversal of a scene: a `LongTestTracer`, of the mesh that is
 /// bound.

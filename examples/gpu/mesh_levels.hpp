@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gpu/compute.hpp"
+#include "gpu/device_fill.hpp"
 #include "gpu/gpu_scene.hpp"
 #include "gpu/long_tests.hpp"
 #include "render/embree_scene.hpp"
