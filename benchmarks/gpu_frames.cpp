@@ -7,17 +7,25 @@
 #include "gpu/gpu_rays.hpp"
 #include "gpu/gpu_renderer.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu/long_tests.hpp"
+#include "gpu/segment_rays.hpp"
+#include "gpu/uploaded_mesh.hpp"
 #include "gpu_benchmark.hpp"
 #include "image/image.hpp"
 #include "render/illumination.hpp"
+#include "render/lamps.hpp"
 #include "render/renderer.hpp"
 #include "render/stopwatch.hpp"
 #include "shading_points.hpp"
+
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/visibility_cache.hpp>
 
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -135,14 +143,128 @@ void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     row("surface to lights, any hit", shadows(rays, embree, shadow_rays(embree, points, most), runs));
 }
 
+/// What a small picture sees.
+std::vector<lightmesh::SurfacePoint> points_to_fill(const demo::ComputeDevice& device,
+                                                    const demo::EmbreeScene& scene) {
+    const bench::ShadingPoints points(scene, device.is_cpu() ? 48 : 960, device.is_cpu() ? 32 : 720);
+    std::vector<lightmesh::SurfacePoint> asked;
+    for (std::size_t t = 0; t < points.tile_count(); ++t)
+        for (std::size_t i = 0; i < points.tile(t).size(); ++i)
+            asked.push_back({.position = points.tile(t).positions[i], .normal = points.tile(t).normals[i]});
+    return asked;
+}
+
+/// By Embree, on all threads.
+std::vector<std::uint8_t> hits_of(const demo::EmbreeIntersector& tracer, std::span<const Segment> segments) {
+    std::vector<std::uint8_t> hit(segments.size());
+    constexpr std::size_t block = 1024;
+    tbb::parallel_for(std::size_t{0}, (segments.size() + block - 1) / block, [&](std::size_t b) {
+        const std::size_t size = (std::min)(block, segments.size() - b * block);
+        tracer.occluded(segments.subspan(b * block, size), std::span(hit).subspan(b * block, size));
+    });
+    return hit;
+}
+
+/// The long tests of a cold frame, by shaders as the mesh lists them; Embree's words are what it keeps.
+void time_long_tests(const demo::ComputeDevice& device, const demo::Scene& scene) {
+    const demo::EmbreeScene embree(scene);
+    const std::vector<lightmesh::SurfacePoint> asked = points_to_fill(device, embree);
+    const lightmesh::LightMesh<demo::EmbreeIntersector> mesh(
+        embree.intersector(), demo::shapes_of_lights(scene),
+        lightmesh::Settings{.radius = scene.radius, .quality = scene.quality});
+    const demo::GpuScene copy(device, embree);
+    demo::LongTests shaders(device, copy);
+    const demo::UploadedMesh uploaded(device, mesh.snapshot());
+    shaders.bind(uploaded.bindings(demo::LongTests::set));
+    const demo::Stopwatch listing;
+    lightmesh::LongTestList list;
+    mesh.list_long_tests(asked, list);
+    const double seconds_listing = listing.seconds();
+    double seconds = 0.0;
+    double seconds_on_cpu = 0.0;
+    std::size_t words = 0;
+    std::size_t differing = 0;
+    const demo::Stopwatch filling;
+    mesh.fill(list, [&](std::span<const lightmesh::LongTestWord> some, std::span<std::uint64_t> seen) {
+        const demo::Stopwatch watch;
+        shaders(some, seen, nullptr);
+        seconds += watch.seconds();
+        const demo::Stopwatch watch_of_cpu;
+        std::vector<std::uint64_t> expected(some.size());
+        tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t w) {
+            std::vector<Segment> segments;
+            for (std::uint64_t rest = some[w].points; rest != 0; rest &= rest - 1)
+                segments.push_back(mesh.long_segment(some[w], std::countr_zero(rest)));
+            std::vector<std::uint8_t> hit(segments.size());
+            mesh.tracer().occluded(segments, hit);
+            std::size_t next = 0;
+            for (std::uint64_t rest = some[w].points; rest != 0; rest &= rest - 1, ++next)
+                expected[w] |= hit[next] == 0 ? rest & (~rest + 1) : 0;
+        });
+        seconds_on_cpu += watch_of_cpu.seconds();
+        words += some.size();
+        for (std::size_t w = 0; w < some.size(); ++w) {
+            differing += (seen[w] & some[w].points) != expected[w] ? 1u : 0u;
+            seen[w] = expected[w];
+        }
+    });
+    const double others = filling.seconds() - seconds - seconds_on_cpu;
+    const demo::DeviceFill& spent = shaders.spent();
+    std::printf("| %s | %zu | %llu | %zu | %.1f | %.1f | %.1f | %.1f | %.1f | %zu |\n", scene.name.c_str(),
+                words, static_cast<unsigned long long>(spent.rays), spent.dispatches, 1e3 * seconds_listing,
+                1e3 * seconds, 1e3 * spent.seconds_device, 1e3 * others, 1e3 * seconds_on_cpu, differing);
+    std::fflush(stdout);
+}
+
+/// The rays to lamps of a cold frame by a visibility cache, by shaders as the cache lists them; Embree's are
+/// what it keeps.
+void time_lamp_rays(const demo::ComputeDevice& device, const demo::Scene& scene) {
+    const demo::EmbreeScene embree(scene);
+    const std::vector<lightmesh::SurfacePoint> points = points_to_fill(device, embree);
+    demo::VisibilityOptions options;
+    options.settings.radius = scene.radius;
+    options.settings.quality = scene.quality;
+    const lightmesh::VisibilityCache<demo::EmbreeIntersector> cache(
+        embree.intersector(), demo::lamps_of(embree, options), demo::cache_settings_of(options));
+    const demo::GpuScene copy(device, embree);
+    demo::SegmentRays shaders(device, copy);
+    double seconds = 0.0;
+    double seconds_on_cpu = 0.0;
+    std::size_t differing = 0;
+    int lists = 0;
+    const demo::Stopwatch filling;
+    for (bool is_filled = false; !is_filled; ++lists) {
+        lightmesh::LampRayList list;
+        cache.list_lamp_rays(points, list);
+        is_filled = list.is_empty();
+        cache.fill(list, [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) {
+            const demo::Stopwatch watch;
+            shaders(segments, hit, nullptr);
+            seconds += watch.seconds();
+            const demo::Stopwatch watch_of_cpu;
+            const std::vector<std::uint8_t> expected = hits_of(cache.tracer(), segments);
+            seconds_on_cpu += watch_of_cpu.seconds();
+            for (std::size_t i = 0; i < hit.size(); ++i)
+                differing += hit[i] != expected[i] ? 1u : 0u;
+            std::ranges::copy(expected, hit.begin());
+        });
+    }
+    const double others = filling.seconds() - seconds - seconds_on_cpu;
+    const demo::DeviceFill spent = shaders.spent();
+    std::printf("| %s | %llu | %d | %zu | %.1f | %.1f | %.1f | %.1f | %zu |\n", scene.name.c_str(),
+                static_cast<unsigned long long>(spent.rays), lists, spent.dispatches, 1e3 * others,
+                1e3 * seconds, 1e3 * spent.seconds_device, 1e3 * seconds_on_cpu, differing);
+    std::fflush(stdout);
+}
+
 void time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, const std::string& algorithm) {
     const demo::EmbreeScene embree(scene);
     demo::VisibilityOptions visibility;
     visibility.settings.radius = scene.radius;
     visibility.settings.quality = scene.quality;
     demo::RenderOptions options;
-    options.width = device.is_cpu() ? 160 : 960;
-    options.height = device.is_cpu() ? 120 : 720;
+    options.width = device.is_cpu() ? 64 : 960;
+    options.height = device.is_cpu() ? 48 : 720;
     demo::RenderStatistics statistics;
     const auto shadows = demo::make_visibility(algorithm, embree, visibility);
     const demo::Image expected = demo::render(embree, *shadows, options, statistics);
@@ -151,9 +273,10 @@ void time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, co
     const demo::GpuPicture first = renderer.render(statistics);
     const double cold = statistics.seconds;
     const demo::GpuPicture second = renderer.render(statistics);
-    std::printf("| %s | %s | %d x %d | %.1f | %.1f | %.1f | %.1f | %.4f |\n", scene.name.c_str(),
+    std::printf("| %s | %s | %d x %d | %.1f | %.1f | %.1f | %.1f | %llu | %zu | %.4f |\n", scene.name.c_str(),
                 algorithm.c_str(), options.width, options.height, 1e3 * cold_on_cpu, 1e3 * cold,
                 1e3 * statistics.seconds, 1e3 * second.seconds_device,
+                static_cast<unsigned long long>(renderer.filled().rays), renderer.filled().dispatches,
                 100.0 * demo::share_beyond_one_step(expected, first.linear));
     std::fflush(stdout);
 }
@@ -163,9 +286,21 @@ bool run(const demo::ComputeDevice& device) {
         "| scene | rays | number | ms | G rays/s | differ from Embree's |\n|---|---|--:|--:|--:|--:|\n");
     time_rays(device, demo::make_park());
     time_rays(device, demo::make_rooms());
+    std::printf("\n| scene | words | long rays | dispatches | links and listing: ms | by the device: ms | of "
+                "that shaders: ms | storing: ms | by Embree: ms | words that differ from Embree's |\n"
+                "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
+        time_long_tests(device, scene);
+    std::printf(
+        "\n| scene | rays to lamps | lists | dispatches | places, listing, storing: ms | by the device: "
+        "ms | of that shaders: ms | by Embree: ms | rays that differ from Embree's |\n"
+        "|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
+        time_lamp_rays(device, scene);
     std::printf("\n| scene | shadows | picture | CPU, cold: ms | device and host, cold: ms | again: ms | of "
-                "that shaders: ms | pixels that differ by more than a step, %% |\n"
-                "|---|---|--:|--:|--:|--:|--:|--:|\n");
+                "that shaders: ms | rays to fill, by shaders | their dispatches | pixels that differ by more "
+                "than a step, %% |\n"
+                "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
         for (const char* algorithm : {"whitted", "cache", "linked", "express"})
             time_frames(device, scene, algorithm);

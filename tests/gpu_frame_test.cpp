@@ -3,17 +3,25 @@
 #include "gpu/gpu_rays.hpp"
 #include "gpu/gpu_renderer.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu/long_tests.hpp"
+#include "gpu/segment_rays.hpp"
+#include "gpu/uploaded_mesh.hpp"
 #include "gpu/wide_bvh.hpp"
 #include "image/image.hpp"
 #include "random_scene.hpp"
 #include "render/embree_scene.hpp"
+#include "render/lamps.hpp"
 #include "render/renderer.hpp"
+#include "render/view.hpp"
 #include "render/visibility.hpp"
 #include "run_command.hpp"
 #include "scene/light_rig.hpp"
 #include "scene/scene.hpp"
 #include "temporary_folder.hpp"
 #include "watched_device.hpp"
+
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/common.hpp>
@@ -26,6 +34,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -73,6 +82,12 @@ void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& sc
     };
     CHECK(close(of_cpu.shading_points, of_gpu.shading_points));
     CHECK(close(of_cpu.secondary_rays, of_gpu.secondary_rays));
+    const auto mesh = renderer.mesh();
+    const auto cache = renderer.cache();
+    CHECK(renderer.filled().rays == (mesh ? mesh->listed_rays : cache ? cache->listed_rays : 0));
+    CHECK((renderer.filled().rays > 0) == (mesh.has_value() || cache.has_value()));
+    if (mesh)
+        CHECK(mesh->long_rays == 0);
 }
 
 /// Half of them across the whole scene, half of them short ones.
@@ -120,6 +135,92 @@ OtherRays other_rays(const demo::ComputeDevice& device, const demo::Scene& scene
     }
     const auto all = static_cast<double>(count);
     return {other.closest / all, other.shares / all, other.hits / all};
+}
+
+// ---- what fills
+
+using Mesh = lightmesh::LightMesh<demo::EmbreeIntersector>;
+
+/// What the eye sees in a small picture.
+std::vector<lightmesh::SurfacePoint> seen_points(const demo::EmbreeScene& scene, int side) {
+    const demo::View view(scene.scene().camera, side, side);
+    std::vector<lightmesh::SurfacePoint> points;
+    for (int i = 0; i < side * side; ++i) {
+        const float column = static_cast<float>(i % side) + 0.5f;
+        const float row = static_cast<float>(i / side) + 0.5f;
+        if (const auto hit = scene.trace(view.origin(column, row), view.direction(column, row), 1e30f))
+            points.push_back({.position = hit->position, .normal = hit->geometric_normal});
+    }
+    return points;
+}
+
+/// Rays to fill of which shaders and Embree say another thing, and all of them.
+struct ListedRays {
+    std::uint64_t differing = 0;
+    std::uint64_t all = 0;
+    std::uint64_t seen = 0;
+};
+
+ListedRays other_long_rays(const demo::ComputeDevice& device, const demo::Scene& scene) {
+    const demo::EmbreeScene embree(scene);
+    const Mesh mesh{embree.intersector(), demo::shapes_of_lights(scene),
+                    lightmesh::Settings{.radius = scene.radius, .quality = scene.quality}};
+    const demo::GpuScene copy(device, embree);
+    demo::LongTests shaders(device, copy);
+    const demo::UploadedMesh uploaded(device, mesh.snapshot());
+    shaders.bind(uploaded.bindings(demo::LongTests::set));
+    lightmesh::LongTestList list;
+    // Of many lights a few points take hundreds of thousands of rays.
+    mesh.list_long_tests(seen_points(embree, scene.lights.size() > 8 ? 4 : 8), list);
+    ListedRays rays;
+    mesh.fill(list, [&](std::span<const lightmesh::LongTestWord> words, std::span<std::uint64_t> seen) {
+        shaders(words, seen, nullptr);
+        for (std::size_t w = 0; w < words.size(); ++w) {
+            for (std::uint64_t rest = words[w].points; rest != 0; rest &= rest - 1) {
+                const int p = std::countr_zero(rest);
+                const bool is_seen = !mesh.tracer().occluded(mesh.long_segment(words[w], p));
+                rays.differing += is_seen == (seen[w] >> p & 1) ? 0u : 1u;
+                rays.seen += is_seen ? 1u : 0u;
+                ++rays.all;
+            }
+        }
+    });
+    CHECK(shaders.spent().rays == rays.all);
+    CHECK(mesh.statistics().listed_rays == rays.all);
+    return rays;
+}
+
+/// The same of a cache's rays to lamps.
+ListedRays other_lamp_rays(const demo::ComputeDevice& device, const demo::Scene& scene) {
+    const demo::EmbreeScene embree(scene);
+    demo::VisibilityOptions options;
+    options.settings.radius = scene.radius;
+    options.settings.quality = scene.quality;
+    const lightmesh::VisibilityCache<demo::EmbreeIntersector> cache(
+        embree.intersector(), demo::lamps_of(embree, options), demo::cache_settings_of(options));
+    const demo::GpuScene copy(device, embree);
+    demo::SegmentRays shaders(device, copy);
+    const auto points = seen_points(embree, scene.lights.size() > 8 ? 3 : 6);
+    ListedRays rays;
+    for (bool is_filled = false; !is_filled;) {
+        lightmesh::LampRayList list;
+        cache.list_lamp_rays(points, list);
+        cache.fill(list, [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) {
+            shaders(segments, hit, nullptr);
+            std::vector<std::uint8_t> expected(segments.size());
+            cache.tracer().occluded(segments, expected);
+            for (std::size_t i = 0; i < segments.size(); ++i) {
+                rays.differing += hit[i] != expected[i] ? 1u : 0u;
+                rays.seen += hit[i] == 0 ? 1u : 0u;
+            }
+            rays.all += segments.size();
+        });
+        is_filled = list.is_empty();
+    }
+    CHECK(shaders.spent().rays == rays.all);
+    CHECK(cache.statistics().listed_rays == rays.all);
+    CHECK(cache.statistics().lamp_rays == 0);
+    return rays;
 }
 
 // ---- the tree, read as wide_bvh.hpp says
@@ -203,6 +304,63 @@ TEST_CASE("gpu frame: random rays meet what they meet in Embree") {
     }
 }
 
+TEST_CASE("gpu frame: long tests and rays to lamps that shaders trace say what Embree says") {
+    const demo::ComputeDevice device;
+    std::vector<demo::Scene> scenes{demo::make_spheres(), demo::make_rooms(), demo::make_park()};
+    // Surfaces that let light through by a hash of a segment's ends: these must be the same to the bit.
+    scenes.push_back(demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"));
+    scenes.push_back(demo::make_spheres());
+    scenes.back().name = "spheres far away, lights of all kinds";
+    const glm::vec3 moved(10000.0f, -7000.0f, 3000.0f);
+    for (glm::vec3& position : scenes.back().positions)
+        position += moved;
+    scenes.back().camera.eye += moved;
+    scenes.back().camera.target += moved;
+    scenes.back().lights.clear();
+    for (const lightmesh::Light& shape :
+         {lightmesh::Light(
+              lightmesh::PointLight{.position = moved + glm::vec3(1.0f, -2.0f, 5.0f), .range = 9.0f}),
+          lightmesh::Light(lightmesh::PointLight{.position = 1e6f * glm::vec3(1.0f, 2.0f, 3.0f)}),
+          lightmesh::Light(lightmesh::DirectionalLight{{0.3f, 0.4f, -1.0f}}),
+          lightmesh::Light(lightmesh::SpotLight{
+              .position = moved + glm::vec3(0.0f, 0.0f, 6.0f), .axis = {0.1f, 0.2f, -1.0f}, .cone = 0.7f})})
+        scenes.back().lights.push_back({.shape = shape, .intensity = glm::vec3(1.0f)});
+    const auto check = [](const ListedRays& rays) {
+        MESSAGE(rays.differing << " of " << rays.all << " differ, " << rays.seen << " see their light");
+        CHECK(static_cast<double>(rays.differing) <= 2e-5 * static_cast<double>(rays.all));
+        CHECK(rays.all > 1000);
+        CHECK(rays.seen > 100);
+        CHECK(rays.seen < rays.all);
+    };
+    for (const demo::Scene& scene : scenes) {
+        CAPTURE(scene.name);
+        check(other_long_rays(device, scene));
+        check(other_lamp_rays(device, scene));
+    }
+}
+
+TEST_CASE("gpu frame: what is cancelled stores nothing") {
+    const demo::ComputeDevice device;
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    const Mesh mesh{embree.intersector(), demo::shapes_of_lights(scene),
+                    lightmesh::Settings{.radius = scene.radius, .quality = scene.quality}};
+    const demo::GpuScene copy(device, embree);
+    demo::LongTests shaders(device, copy);
+    lightmesh::LongTestList list;
+    mesh.list_long_tests(seen_points(embree, 4), list);
+    const std::atomic<bool> cancel = true;
+    CHECK_THROWS_AS(mesh.fill(list, [&](auto words, auto seen) { shaders(words, seen, &cancel); }),
+                    demo::Cancelled);
+    CHECK(mesh.statistics().light_points == 0);
+    CHECK(shaders.spent().rays == 0);
+
+    demo::SegmentRays segments(device, copy);
+    std::vector<std::uint8_t> hit(1);
+    CHECK_THROWS_AS(segments(random_segments(scene, 1), hit, &cancel), demo::Cancelled);
+    CHECK(segments.spent().rays == 0);
+}
+
 TEST_CASE("gpu frame: one triangle, and rays along the axes") {
     demo::Scene scene = demo::make_spheres();
     scene.positions = {{0.0f, 0.0f, 1.0f}, {4.0f, 0.0f, 1.0f}, {0.0f, 4.0f, 1.0f}};
@@ -267,18 +425,20 @@ TEST_CASE("gpu frame: lamps with sizes, several rays a pixel, the filmic curve, 
     check_same_picture(device, scene, "whitted", options);
 }
 
-TEST_CASE("gpu frame: light meshes on all levels, and caches, that the host fills as shaders ask") {
+TEST_CASE("gpu frame: light meshes on all levels, and caches, filled as shaders ask") {
     const demo::ComputeDevice device;
     demo::RenderOptions options;
-    options.width = 80;
-    options.height = 60;
-    check_same_picture(device, demo::make_rooms(), "linked", options);
-    check_same_picture(device, demo::make_rooms(), "express", options);
-    check_same_picture(device, demo::make_rooms(), "cache", options);
+    options.width = 40;
+    options.height = 30;
+    check_same_picture(device, demo::make_spheres(), "cache", options);
+    options.width = 24;
+    options.height = 18;
     check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked",
                        options);
-    options.width = 48;
-    options.height = 36;
+    check_same_picture(device, demo::make_rooms(), "linked", options);
+    check_same_picture(device, demo::make_rooms(), "express", options);
+    options.width = 12;
+    options.height = 9;
     check_same_picture(device, demo::make_park(), "linked", options);
 }
 

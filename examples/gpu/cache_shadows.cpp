@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/cache_shadows.hpp"
 
+#include "gpu/segment_rays.hpp"
 #include "render/lamps.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <span>
+#include <vector>
 
 namespace demo {
 
@@ -26,10 +28,14 @@ using lightmesh::SurfacePoint;
 /// fill.
 constexpr int enough_turns = 8;
 
-/// Calls act(first, size) for parts of `count`, on all threads.
+/// Points whose records a thread has filled at once: their rays are enough for a dispatch.
+constexpr std::size_t points_to_fill = 4096;
+/// Points whose lack is listed together.
+constexpr std::size_t points_to_list = 64;
+
+/// Calls act(first, size) for parts of `count`, of up to `at_once`, on all threads.
 template <class Act>
-void for_parts(std::size_t count, Act&& act) {
-    constexpr std::size_t at_once = 256;
+void for_parts(std::size_t count, std::size_t at_once, Act&& act) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, at_once),
                       [&](const auto& part) { act(part.begin(), part.size()); });
 }
@@ -37,9 +43,10 @@ void for_parts(std::size_t count, Act&& act) {
 }  // namespace
 
 struct CacheShadows::Parts {
-    Parts(const ComputeDevice& on, const EmbreeScene& scene, const VisibilityOptions& options,
-          std::size_t pixels)
-        : device(on), cache(scene.intersector(), lamps_of(scene, options), cache_settings_of(options)),
+    Parts(const ComputeDevice& on, const EmbreeScene& scene, const GpuScene& copy,
+          const VisibilityOptions& options, std::size_t pixels)
+        : device(on), rays(on, copy),
+          cache(scene.intersector(), lamps_of(scene, options), cache_settings_of(options)),
           row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
           no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {
         upload();
@@ -54,10 +61,28 @@ struct CacheShadows::Parts {
             buffers.emplace_back(device, buffer.bytes);
     }
 
-    void fill(std::span<const SurfacePoint> points) {
-        for_parts(points.size(),
-                  [&](std::size_t first, std::size_t size) { cache.fill(points.subspan(first, size)); });
+    void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
+        for_parts(points.size(), points_to_fill, [&](std::size_t first, std::size_t size) {
+            fill_part(points.subspan(first, size), cancel);
+        });
         upload();
+    }
+
+    /// Level by level: what is listed for a point tells whether finer records will be needed.
+    void fill_part(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
+        std::vector<std::span<const SurfacePoint>> lacking;
+        for (std::size_t first = 0; first < points.size(); first += points_to_list)
+            lacking.push_back(points.subspan(first, (std::min)(points_to_list, points.size() - first)));
+        while (!lacking.empty()) {
+            lightmesh::LampRayList all;
+            std::erase_if(lacking, [&](std::span<const SurfacePoint> some) {
+                lightmesh::LampRayList list;
+                cache.list_lamp_rays(some, list);
+                all.add(list);
+                return list.is_empty();
+            });
+            cache.fill(all, [&](auto segments, auto hit) { rays(segments, hit, cancel); });
+        }
     }
 
     void answer(std::span<const SurfacePoint> points, std::span<const std::uint32_t> of_pixels) {
@@ -65,7 +90,7 @@ struct CacheShadows::Parts {
         const std::size_t first_row = lights == 0 ? 0 : values.size() / lights;
         values.resize((first_row + points.size()) * lights);
         const std::span<float> added = std::span(values).subspan(first_row * lights);
-        for_parts(points.size(), [&](std::size_t first, std::size_t size) {
+        for_parts(points.size(), 256, [&](std::size_t first, std::size_t size) {
             cache.visibility(points.subspan(first, size), added.subspan(first * lights, size * lights));
         });
         for (std::size_t i = 0; i < points.size(); ++i)
@@ -75,6 +100,7 @@ struct CacheShadows::Parts {
     }
 
     ComputeDevice device;
+    SegmentRays rays;
     lightmesh::VisibilityCache<EmbreeIntersector> cache;
     std::vector<std::byte> bytes;  ///< the cache as it was uploaded
     std::vector<ComputeBuffer> buffers;
@@ -87,9 +113,9 @@ struct CacheShadows::Parts {
     int turns = 0;  ///< of this round
 };
 
-CacheShadows::CacheShadows(const ComputeDevice& device, const EmbreeScene& scene,
+CacheShadows::CacheShadows(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
                            const VisibilityOptions& options, std::size_t pixels)
-    : parts_(std::make_unique<Parts>(device, scene, options, pixels)) {}
+    : parts_(std::make_unique<Parts>(device, scene, copy, options, pixels)) {}
 
 CacheShadows::~CacheShadows() = default;
 
@@ -116,7 +142,7 @@ void CacheShadows::bind(const ComputeKernel& kernel) const {
     parts_->requests.write(0, parts_->no_requests);
 }
 
-bool CacheShadows::fill() {
+bool CacheShadows::fill(const std::atomic<bool>* cancel) {
     const auto bytes = parts_->requests.read_all<std::byte>();
     if (CacheUpload::request_count(bytes) == 0)
         return false;
@@ -133,7 +159,7 @@ bool CacheShadows::fill() {
         }
     }
     if (!lacking.empty())
-        parts_->fill(lacking);
+        parts_->fill(lacking, cancel);
     if (!asked.empty())
         parts_->answer(asked, of_pixels);
     return true;
@@ -141,6 +167,10 @@ bool CacheShadows::fill() {
 
 lightmesh::CacheStatistics CacheShadows::statistics() const {
     return parts_->cache.statistics();
+}
+
+DeviceFill CacheShadows::spent() const {
+    return parts_->rays.spent();
 }
 
 }  // namespace demo

@@ -2,11 +2,14 @@
 #pragma once
 
 #include "gpu/compute.hpp"
+#include "gpu/device_fill.hpp"
+#include "gpu/gpu_scene.hpp"
 #include "render/embree_scene.hpp"
 #include "render/visibility.hpp"
 
 #include <lightmesh/statistics.hpp>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -14,16 +17,16 @@
 
 namespace demo {
 
-/// A visibility cache on a device, which the host fills as shaders ask for it. Where it takes rays to lamps
-/// that no cache keeps, the host answers for the point.
+/// A visibility cache on a device. As shaders ask for it the host finds the places of records and lists what
+/// they lack; shaders trace the rays to lamps. Where these are of no record, the host answers for the point.
 class CacheShadows {
 public:
     /// Descriptor set where shaders see the cache, the request buffer and the host's answers.
     static constexpr std::uint32_t set = 1;
 
     /// For batches of up to so many pixels.
-    CacheShadows(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& options,
-                 std::size_t pixels);
+    CacheShadows(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
+                 const VisibilityOptions& options, std::size_t pixels);
     ~CacheShadows();
     CacheShadows(const CacheShadows&) = delete;
     CacheShadows& operator=(const CacheShadows&) = delete;
@@ -33,10 +36,13 @@ public:
     void begin_round();
     /// Lets a kernel see the cache as it is, and empties the request buffer.
     void bind(const ComputeKernel& kernel) const;
-    /// Finds what shaders have asked for, and uploads it. False if nothing was asked.
-    bool fill();
+    /// Finds what shaders have asked for, and uploads it. False if nothing was asked. Throws `Cancelled`, and
+    /// what `compute.hpp` throws; the cache then keeps what it had.
+    bool fill(const std::atomic<bool>* cancel);
 
     lightmesh::CacheStatistics statistics() const;
+    /// By shaders.
+    DeviceFill spent() const;
 
 private:
     struct Parts;

@@ -145,7 +145,7 @@ struct GpuRenderer::Parts {
           waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
           colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
           round(on, sizeof(RoundWords)), mesh(mesh_of(algorithm, model, visibility)),
-          cache(algorithm == "cache" ? std::make_unique<CacheShadows>(on, model, visibility, pixels)
+          cache(algorithm == "cache" ? std::make_unique<CacheShadows>(on, model, scene, visibility, pixels)
                                      : nullptr),
           trace(on, trace_words, bindings({}), sizeof(BatchWords)),
           shade(on, shader_of(algorithm, visibility.settings.quality),
@@ -157,9 +157,9 @@ struct GpuRenderer::Parts {
 
     std::unique_ptr<MeshLevels> mesh_of(const std::string& algorithm, const EmbreeScene& model,
                                         const VisibilityOptions& visibility) const {
-        return asks_mesh(algorithm)
-                   ? std::make_unique<MeshLevels>(device, model, with_short_test(visibility, algorithm))
-                   : nullptr;
+        return asks_mesh(algorithm) ? std::make_unique<MeshLevels>(device, model, scene,
+                                                                   with_short_test(visibility, algorithm))
+                                    : nullptr;
     }
 
     /// Rays that wait at most: each step pushes two and pops one.
@@ -226,13 +226,13 @@ struct GpuRenderer::Parts {
     }
 
     /// Shades a round's points by a level of the light mesh, until it knows all that it takes.
-    void shade_by_level(BatchWords batch, int level) {
+    void shade_by_level(BatchWords batch, int level, const std::atomic<bool>* cancel) {
         batch.level = static_cast<std::uint32_t>(level);
         int turns = 0;
         for (auto asked = MeshLevels::Asked::points; asked != MeshLevels::Asked::nothing;) {
             mesh->bind(shade, level);
             shade_once(batch);
-            asked = mesh->fill(level);
+            asked = mesh->fill(level, cancel);
             const bool is_stuck = asked == MeshLevels::Asked::same_points || ++turns > enough_turns;
             if (is_stuck && ++batch.attempt > most_attempts)
                 throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
@@ -240,19 +240,19 @@ struct GpuRenderer::Parts {
         }
     }
 
-    void shade_by_host(const BatchWords& batch, std::uint32_t levels) {
+    void shade_by_host(const BatchWords& batch, std::uint32_t levels, const std::atomic<bool>* cancel) {
         tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
         arena.execute([&] {
             if (mesh) {
                 for (std::uint32_t rest = levels; rest != 0; rest &= rest - 1)
-                    shade_by_level(batch, std::countr_zero(rest));
+                    shade_by_level(batch, std::countr_zero(rest), cancel);
                 return;
             }
             cache->begin_round();
             do {
                 cache->bind(shade);
                 shade_once(batch);
-            } while (cache->fill());
+            } while (cache->fill(cancel));
         });
     }
 
@@ -268,7 +268,7 @@ struct GpuRenderer::Parts {
             if (found.point_count == 0)
                 return true;
             if (asks_host())
-                shade_by_host(batch, found.levels);
+                shade_by_host(batch, found.levels, cancel);
         }
     }
 
@@ -324,6 +324,10 @@ std::optional<lightmesh::CacheStatistics> GpuRenderer::cache() const {
     return parts_->cache->statistics();
 }
 
+DeviceFill GpuRenderer::filled() const {
+    return parts_->mesh ? parts_->mesh->spent() : parts_->cache ? parts_->cache->spent() : DeviceFill{};
+}
+
 GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,
                                const std::atomic<bool>* cancel) {
     const Stopwatch watch;
@@ -332,19 +336,23 @@ GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& pro
     GpuPicture picture{Image(parts.options.width, parts.options.height),
                        Image(parts.options.width, parts.options.height)};
     parts.seconds = 0.0;
+    const double filled_before = filled().seconds_device;
     for (std::size_t first = 0; first < parts.picture_size(); first += parts.pixels) {
         const BatchWords batch{
             static_cast<std::uint32_t>(first),
             static_cast<std::uint32_t>((std::min)(parts.pixels, parts.picture_size() - first)), 1, 0, 0};
-        if (!parts.follow(batch, cancel)) {
+        try {
+            statistics.finished = parts.follow(batch, cancel);
+        } catch (const Cancelled&) {
             statistics.finished = false;
-            break;
         }
+        if (!statistics.finished)
+            break;
         parts.take(batch, picture, statistics);
         if (progress)
             progress(static_cast<double>(first + batch.count) / static_cast<double>(parts.picture_size()));
     }
-    picture.seconds_device = parts.seconds;
+    picture.seconds_device = parts.seconds + filled().seconds_device - filled_before;
     statistics.seconds = watch.seconds();
     return picture;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gpu/compute.hpp"
+#include "gpu/device_fill.hpp"
 #include "image/image.hpp"
 #include "render/embree_scene.hpp"
 #include "render/renderer.hpp"
@@ -50,6 +51,9 @@ public:
 
     /// Of the light mesh, if there is one.
     std::optional<lightmesh::MeshStatistics> mesh() const;
+
+    /// What shaders have found for the light mesh or the cache.
+    DeviceFill filled() const;
 
     /// Of the visibility cache, if there is one.
     std::optional<lightmesh::CacheStatistics> cache() const;

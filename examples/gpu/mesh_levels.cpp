@@ -7,7 +7,7 @@
 #include <lightmesh/lightmesh.hpp>
 
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
@@ -37,10 +37,21 @@ struct MeshLevels::Level {
         : mesh(scene.intersector(), shapes_of_lights(scene.scene()), settings_at(options.settings, level)),
           uploaded(device, mesh.snapshot()) {}
 
-    void fill(std::span<const lightmesh::SurfacePoint> points) {
+    void fill(std::span<const lightmesh::SurfacePoint> points, LongTests& long_tests,
+              const std::atomic<bool>* cancel) {
         constexpr std::size_t at_once = 256;
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), at_once),
-                          [&](const auto& part) { mesh.fill(points.subspan(part.begin(), part.size())); });
+        const lightmesh::LongTestList missing = tbb::parallel_deterministic_reduce(
+            tbb::blocked_range<std::size_t>(0, points.size(), at_once), lightmesh::LongTestList(),
+            [&](const auto& part, lightmesh::LongTestList list) {
+                mesh.list_long_tests(points.subspan(part.begin(), part.size()), list);
+                return list;
+            },
+            [](lightmesh::LongTestList list, const lightmesh::LongTestList& other) {
+                list.add(other);
+                return list;
+            });
+        long_tests.bind(uploaded.bindings(LongTests::set));
+        mesh.fill(missing, [&](auto words, auto seen) { long_tests(words, seen, cancel); });
         uploaded.update(mesh.snapshot());
     }
 
@@ -48,10 +59,11 @@ struct MeshLevels::Level {
     UploadedMesh uploaded;
 };
 
-MeshLevels::MeshLevels(const ComputeDevice& device, const EmbreeScene& scene,
+MeshLevels::MeshLevels(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
                        const VisibilityOptions& options)
-    : device_(device), scene_(scene), options_(options), levels_(lightmesh::most_mesh_levels),
-      nothing_(device, std::size_t{16}), requests_(device, lightmesh::empty_requests(request_capacity)) {}
+    : device_(device), scene_(scene), options_(options), long_tests_(device, copy),
+      levels_(lightmesh::most_mesh_levels), nothing_(device, std::size_t{16}),
+      requests_(device, lightmesh::empty_requests(request_capacity)) {}
 
 MeshLevels::~MeshLevels() = default;
 
@@ -76,7 +88,7 @@ void MeshLevels::bind(const ComputeKernel& kernel, int level) {
     requests_.write(0, lightmesh::empty_requests(request_capacity));
 }
 
-MeshLevels::Asked MeshLevels::fill(int level) {
+MeshLevels::Asked MeshLevels::fill(int level, const std::atomic<bool>* cancel) {
     const lightmesh::UploadRequests asked = lightmesh::read_requests(requests_.read_all<std::byte>());
     if (asked.points.empty() && !asked.overflowed) {
         asked_before_.clear();
@@ -90,7 +102,7 @@ MeshLevels::Asked MeshLevels::fill(int level) {
     if (sorted == asked_before_)
         return Asked::same_points;
     asked_before_ = std::move(sorted);
-    at(level).fill(asked.points);
+    at(level).fill(asked.points, long_tests_, cancel);
     return Asked::points;
 }
 

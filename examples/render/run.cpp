@@ -155,13 +155,17 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"shadow rays", grouped(spent.visibility.shadow_rays)});
     if (run.mesh) {
         table.add_row({"short rays", grouped(spent.visibility.short_rays)});
-        table.add_row({"long rays", grouped(run.mesh->long_rays)});
+        table.add_row({"long rays", grouped(run.mesh->long_rays + run.mesh->listed_rays)});
+        if (!run.device.empty())
+            table.add_row({"  by shaders", grouped(run.mesh->listed_rays)});
         table.add_row({"link rays", grouped(run.mesh->link_rays)});
         table.add_row({"long tests", grouped(run.mesh->long_tests)});
         table.add_row({"light points", grouped(run.mesh->light_points)});
     }
     if (run.cache) {
-        table.add_row({"rays to lamps", grouped(run.cache->lamp_rays)});
+        table.add_row({"rays to lamps", grouped(run.cache->lamp_rays + run.cache->listed_rays)});
+        if (!run.device.empty())
+            table.add_row({"  by shaders", grouped(run.cache->listed_rays)});
         table.add_row({"rays to places and links", grouped(run.cache->place_rays + run.cache->link_rays)});
         table.add_row({"records", grouped(run.cache->records)});
     }

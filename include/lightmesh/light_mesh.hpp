@@ -4,9 +4,11 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/fill/long_test_list.hpp>
 #include <lightmesh/fill/mesh_levels.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/free_slots.hpp>
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/merge.hpp>
@@ -15,6 +17,7 @@
 #include <lightmesh/mesh/snapshot_writer.hpp>
 #include <lightmesh/query/level_query.hpp>
 #include <lightmesh/query/query.hpp>
+#include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
@@ -25,6 +28,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -168,6 +172,44 @@ public:
     /// The same without progress.
     void fill(std::span<const SurfacePoint> points) const {
         fill(points, [](std::size_t, std::size_t) { return true; });
+    }
+
+    /// Lists the long tests that queries at these points will need and that the mesh lacks, for a tracer that
+    /// takes very many of them at once, such as one on a GPU:
+    ///
+    ///     LongTestList missing;
+    ///     mesh.list_long_tests(points, missing);
+    ///     mesh.fill(missing, [&](std::span<const LongTestWord> words, std::span<std::uint64_t> seen) {
+    ///         ...
+    ///     });
+    ///
+    /// What else they will need, links, is found by the mesh's own tracer and stored. May be called from any
+    /// number of threads, for parts of the points each, with a list each. Throws std::out_of_range as
+    /// queries do.
+    void list_long_tests(std::span<const SurfacePoint> points,
+                         LongTestList& list) const requires std::same_as<Source, Rays> {
+        Query query(*levels_, nullptr);
+        for (std::size_t first = 0; first < points.size(); first += Query::most_points)
+            query.list(block_of(points, first), list.levels_);
+    }
+    /// Finds and stores what is listed by the caller's tracer, in calls as large as `LongTestTracer` says:
+    /// with adaptive long tests first all samples, then what these have not told. The mesh then holds what
+    /// `fill` by its own tracer would have found. May be called beside queries. Throws what the tracer
+    /// throws; of the bricks that it was asked about nothing is stored then.
+    template <LongTestTracer Trace>
+    void fill(const LongTestList& list, Trace&& trace) const requires std::same_as<Source, Rays> {
+        for (std::size_t k = 0; k < list.levels_.size(); ++k)
+            if (!list.levels_[k].entries().empty())
+                levels_->level(static_cast<int>(k))
+                    .fill(list.levels_[k].entries(), static_cast<std::uint32_t>(k), trace);
+    }
+    /// The segment of a long test: from light point p of a word to its light, or from there to the point
+    /// (see `Intersector`), world units.
+    Segment long_segment(const LongTestWord& word, int p) const {
+        const detail::MeshData& of_level = levels_->level(static_cast<int>(word.level)).data();
+        const glm::ivec3 brick(word.brick[0], word.brick[1], word.brick[2]);
+        return of_level.lights().long_segment(word.light,
+                                              of_level.grid().position(detail::grid_pos_of(brick, p)));
     }
 
     /// All that the mesh knows, as one block of bytes that can be saved, sent, merged into another mesh, and

@@ -27,7 +27,9 @@
 #include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/adapters/occluders.hpp>
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/cache/lamp_ray_list.hpp>
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/fill/long_test_list.hpp>
 #include <lightmesh/fill/map_source.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/fill/volume_source.hpp>

@@ -16,6 +16,7 @@ struct MeshStatistics {
     std::size_t bricks = 0;                    ///< blocks of 4x4x4 light points
     std::uint64_t long_tests = 0;              ///< V(L, x) computed: by rays, or looked up
     std::uint64_t long_rays = 0;               ///< rays of the Intersector spent on them
+    std::uint64_t listed_rays = 0;             ///< rays of the caller's own tracer spent on them
     std::uint64_t link_rays = 0;               ///< rays of the Intersector between neighbouring light points
     std::uint64_t forgotten_visibilities = 0;  ///< V(L, x) that updates have forgotten
     std::uint64_t forgotten_links = 0;         ///< between neighbouring light points, the same
@@ -30,6 +31,7 @@ struct MeshStatistics {
         bricks += held.bricks;
         long_tests += held.long_tests;
         long_rays += held.long_rays;
+        listed_rays += held.listed_rays;
         link_rays += held.link_rays;
         forgotten_visibilities += held.forgotten_visibilities;
         forgotten_links += held.forgotten_links;
@@ -64,6 +66,7 @@ struct CacheStatistics {
     std::size_t rows = 0;                            ///< blocks of visibilities of 8 lights, over all records
     std::array<std::size_t, 16> records_of_level{};  ///< [9] has step g; each has half the step of the last
     std::uint64_t lamp_rays = 0;          ///< rays of the Intersector from records, or from points, to lamps
+    std::uint64_t listed_rays = 0;        ///< rays of the caller's own tracer from records to lamps
     std::uint64_t place_rays = 0;         ///< rays that found the records' places
     std::uint64_t link_rays = 0;          ///< rays between neighbouring lattice points
     std::uint64_t forgotten_records = 0;  ///< that had to do with changes of the scene, over all updates

@@ -5,8 +5,10 @@
 #include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/cache/cache_change.hpp>
+#include <lightmesh/cache/lamp_ray_list.hpp>
 #include <lightmesh/cache/merge.hpp>
 #include <lightmesh/cache/query.hpp>
+#include <lightmesh/cache/row_list_fill.hpp>
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/cache/snapshot_reader.hpp>
 #include <lightmesh/cache/snapshot_writer.hpp>
@@ -15,6 +17,7 @@
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/scene_change.hpp>
+#include <lightmesh/segment.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/surface_point.hpp>
@@ -23,6 +26,7 @@
 
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -156,6 +160,37 @@ public:
     /// The same without progress.
     void fill(std::span<const SurfacePoint> points) const {
         fill(points, [](std::size_t, std::size_t) { return true; });
+    }
+
+    /// Lists shares of lamps that queries at these points will need and that the cache lacks, for a tracer
+    /// that takes very many rays at once, such as one on a GPU: of each light those of the coarsest records
+    /// that lack it. Which finer ones will be needed is known when they are there:
+    ///
+    ///     for (;;) {
+    ///         LampRayList missing;
+    ///         cache.list_lamp_rays(points, missing);
+    ///         if (missing.is_empty())
+    ///             break;
+    ///         cache.fill(missing, [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) { ...
+    ///         });
+    ///     }
+    ///
+    /// The places of records and links between them are found by the cache's own tracer and kept. What has
+    /// no room in `CacheSettings::memory_budget` is not listed, nor is what takes rays from the points
+    /// themselves, which no cache keeps. May be called from any number of threads, for parts of the points
+    /// each, with a list each. Throws std::out_of_range as queries do.
+    void list_lamp_rays(std::span<const SurfacePoint> points,
+                        LampRayList& list) const requires std::same_as<Rows, LampRows> {
+        Query(*store_).list(
+            points.size(), [&](std::size_t i) { return points[i]; }, list.rows_);
+    }
+    /// Finds and keeps what is listed by the caller's tracer, some thousands of records at once: first a few
+    /// rays for each share, then more of those whose rays disagree. The values are those that the cache's own
+    /// tracer would have found. May be called beside queries, and from any number of threads. Throws what the
+    /// tracers throw, and std::bad_alloc; of the records that are not finished nothing is kept then.
+    template <SegmentTracer Trace>
+    void fill(const LampRayList& list, Trace&& trace) const requires std::same_as<Rows, LampRows> {
+        detail::RowListFill<Store, std::remove_reference_t<Trace>>(*store_, trace).run(list.rows_.entries());
     }
 
     /// All that the cache knows, as one block of bytes that can be saved, sent, merged into another cache,

@@ -67,11 +67,13 @@ public:
     }
 
     RowBytes row(const Column& column, std::size_t tile, std::uint64_t wanted) const {
-        const RowBytes row =
-            reader_.row(reader_.records()[column.record->rows.load(std::memory_order_relaxed)], tile);
+        const RowBytes row = known_row(*column.record, tile);
         if ((wanted & ~row.known) != 0)
             throw NotInCacheSnapshot();
         return row;
+    }
+    RowBytes known_row(const Record& record, std::size_t tile) const {
+        return reader_.row(reader_.records()[record.rows.load(std::memory_order_relaxed)], tile);
     }
 
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,

@@ -8,6 +8,7 @@
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/lazy_array.hpp>
 #include <lightmesh/cache/point_rays.hpp>
+#include <lightmesh/cache/row_table.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/vectors.hpp>
 #include <lightmesh/surface_point.hpp>
@@ -54,6 +55,19 @@ public:
     void all(const SurfacePoint& point, std::span<float> lit) {
         all(
             1, [&](std::size_t) { return point; }, lit);
+    }
+
+    /// Lists the values that `all` would have to find at these points and keep; of a light first those of the
+    /// coarsest level that lacks any.
+    template <class PointAt>
+    void list(std::size_t count, const PointAt& point_at, RowTable& rows) {
+        listed_ = &rows;
+        std::array<float, lamps_per_tile> unused;
+        for (std::size_t tile = 0; tile < store_.lamps().tile_count(); ++tile)
+            for (std::size_t i = 0; i < count && !store_.is_full(); ++i)
+                if (begin(point_at(i)))
+                    find(tile, ~std::uint64_t{0}, std::span(unused).first(store_.lamps().tile_size(tile)));
+        listed_ = nullptr;
     }
 
     /// S of one light.
@@ -140,7 +154,7 @@ private:
             find_along_all(tile, lights, lit);
         }
         // Below the facet, but not below the smooth surface that it stands for.
-        if (const std::uint64_t below = smooth_lights_ & ~lights; below != 0) {
+        if (const std::uint64_t below = smooth_lights_ & ~lights; below != 0 && listed_ == nullptr) {
             TileValues values{};
             store_.exact(point_, normal_, smooth_normal_, tile, below, values);
             for (std::uint64_t rest = below; rest != 0; rest &= rest - 1) {
@@ -222,6 +236,12 @@ private:
                 place_probe(cell, level);
                 read(cell, CellValues::centre, tile, lights);
             }
+            if (listed_ != nullptr) {
+                // What is listed waits for its values.
+                lights &= known_to_all(cell, blended);
+                if (lights == 0)
+                    return;
+            }
             if (visit.is_flat)
                 cell.compare(lights, is_probed);
             lights = kernels_.blend_level(blend_, lights, blended);
@@ -232,10 +252,28 @@ private:
         }
     }
 
-    /// Makes some lights known in the values of a cell's record.
+    /// Makes some lights known in the values of a cell's record, or lists those that are not.
     void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) const {
-        if ((lights & ~cell.values.known[record]) != 0)
-            cell.values.set(record, store_.row(cell.columns[record], tile, lights));
+        if ((lights & ~cell.values.known[record]) == 0)
+            return;
+        const Column& column = cell.columns[record];
+        if (listed_ == nullptr) {
+            cell.values.set(record, store_.row(column, tile, lights));
+            return;
+        }
+        cell.values.set(record, store_.known_row(*column.record, tile));
+        const std::uint64_t missing = lights & ~cell.values.known[record];
+        // A record that is not kept has no links.
+        if (missing != 0 && column.links != nullptr)
+            listed_->add({column.key, tile}, missing);
+    }
+
+    /// The lights that all records know which serve a point.
+    static std::uint64_t known_to_all(const CacheCell& cell, const BlendLevel& level) {
+        std::uint64_t known = level.window != 0 ? cell.values.known[CellValues::centre] : ~std::uint64_t{0};
+        for (std::size_t k = 0; k < level.taps; ++k)
+            known &= cell.values.known[level.records[k]];
+        return known;
     }
 
     /// The lights about which the geometric normal of the point, or of a record that serves it, says
@@ -273,6 +311,8 @@ private:
 
     /// Gives what is left of the lights' weights to rays from the point itself.
     void add_exact(std::size_t tile, std::uint64_t lights) {
+        if (listed_ != nullptr)
+            return;
         TileValues values{};
         if (const std::uint64_t smooth = lights & smooth_lights_; smooth != 0)
             store_.exact(point_, normal_, smooth_normal_, tile, smooth, values);
@@ -472,6 +512,7 @@ private:
 
     const Store& store_;
     const CacheKernels& kernels_;
+    RowTable* listed_ = nullptr;  ///< null: what is missing is found
     glm::vec3 point_{0.0f};
     glm::vec3 given_normal_{0.0f};  ///< as the last point had it
     bool has_normal_ = false;

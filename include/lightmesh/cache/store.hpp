@@ -168,7 +168,7 @@ public:
         const bool is_kept = column.links != nullptr;
         RowBytes row;
         if (is_kept)
-            row = RowList(table_->pool(), const_cast<Record*>(column.record)->rows).gather(tile);
+            row = known_row(*column.record, tile);
         wanted &= ~row.known;
         if (wanted == 0)
             return row;
@@ -177,7 +177,7 @@ public:
         if (is_kept && !is_full()) {
             Record& record = const_cast<Record&>(*column.record);
             keep_row(record, tile, wanted, values);
-            return RowList(table_->pool(), record.rows).gather(tile);
+            return known_row(record, tile);
         }
         for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
@@ -185,6 +185,55 @@ public:
         }
         row.known |= wanted;
         return row;
+    }
+
+    /// What is known of the row of a record.
+    RowBytes known_row(const Record& record, std::size_t tile) const {
+        return RowList(table_->pool(), const_cast<Record&>(record).rows).gather(tile);
+    }
+
+    /// From where rays tell the row of a column's record; a probe's places are found by rays.
+    RowLook look_of(const Column& column) const {
+        const RecordKey& key = column.key;
+        const Way way = key.way();
+        const int level = key.level();
+        const double step = lattice_.step(level);
+        // The same for all heights of a column: those on one surface give the same values.
+        RecordKey seed_key = key;
+        seed_key.words[way.axis] &= ~RecordKey::index_mask;
+        const std::uint64_t seed = hash_of(seed_key);
+        const auto from = [&](const glm::vec3& place, const glm::vec3& normal) -> RowOrigin {
+            return {off_surface(place, normal, step), normal, seed, step, greatest_reach(lattice_)};
+        };
+        RowLook look;
+        look.is_probe = key.is_probe();
+        if (!look.is_probe) {
+            const int below = level - Lattice::base_level;
+            const int most = (std::max)(settings_.lamp_rays >> std::clamp(below - 1, 0, 2),
+                                        (std::min)(settings_.lamp_rays, 16));
+            look.plan = column.record->is_on_surface()
+                            ? RayPlan::full(static_cast<std::size_t>(most))
+                            : RayPlan::glance(static_cast<std::size_t>(settings_.lamp_rays), below >= 2);
+            look.origins[0] = from(column.place, column.normal);
+            return look;
+        }
+        const auto quarter = static_cast<float>(0.25 * step);
+        const glm::vec3 middle = probe_start(lattice_, key.index(), way, level);
+        for (std::size_t i = 0; i < 4; ++i) {
+            glm::vec3 start = middle;
+            start[way.u()] += (i & 1) != 0 ? quarter : -quarter;
+            start[way.v()] += (i & 2) != 0 ? quarter : -quarter;
+            if (const auto landing = land(start, way, level, 4.0f)) {
+                look.origins[i] = from(start - landing->fall * way.up(), landing->normal);
+                look.is_there[i] = true;
+            }
+        }
+        return look;
+    }
+
+    /// Counts rays to lamps that a caller's own tracer was asked for.
+    void count_listed_rays(std::uint64_t rays) const {
+        listed_rays_.fetch_add(rays, std::memory_order_relaxed);
     }
 
     /// Shares of lamps that are open, by rays from a surface point itself.
@@ -338,6 +387,7 @@ public:
         }
         sum.rows = octets_.load(std::memory_order_relaxed);
         sum.lamp_rays = lamp_rays_.load(std::memory_order_relaxed);
+        sum.listed_rays = listed_rays_.load(std::memory_order_relaxed);
         sum.place_rays = place_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
         sum.forgotten_records = forgotten_records_;
@@ -413,13 +463,8 @@ private:
     }
 
     void find_row(const Column& column, std::size_t tile, std::uint64_t wanted, TileValues& values) const {
-        const RecordKey& key = column.key;
-        const int level = key.level();
-        const double step = lattice_.step(level);
-        // The same for all heights of a column: those on one surface give the same values.
-        RecordKey seed = key;
-        seed.words[key.way().axis] &= ~RecordKey::index_mask;
         if constexpr (has_mesh) {
+            const RecordKey& key = column.key;
             // The air above a surface looks to the side that the surface is seen from.
             const glm::vec3 normal = column.record->is_on_surface() ? column.normal : key.way().up();
             std::vector<float> all(lamps_.size());
@@ -432,55 +477,17 @@ private:
             }
             return;
         }
-        if (key.is_probe()) {
-            find_probe_row(key, hash_of(seed), tile, wanted, values);
-            return;
+        const RowLook look = look_of(column);
+        LampRays<Tracer> rays(tracer_, lamps_, tile);
+        if (look.is_probe) {
+            for (std::size_t i = 0; i < look.origins.size(); ++i)
+                if (look.is_there[i])
+                    rays.find_part(look.origins[i], wanted, i);
+            rays.end_parts(wanted, values);
+        } else {
+            rays.find(look.origins[0], wanted, look.plan, values);
         }
-        LampRays<Tracer> rays(tracer_, lamps_, tile,
-                              {off_surface(column.place, column.normal, step), column.normal, hash_of(seed),
-                               step, greatest_reach(lattice_)});
-        const int below = level - Lattice::base_level;
-        const int most = (std::max)(settings_.lamp_rays >> std::clamp(below - 1, 0, 2),
-                                    (std::min)(settings_.lamp_rays, 16));
-        rays.find(wanted,
-                  column.record->is_on_surface()
-                      ? RayPlan::full(static_cast<std::size_t>(most))
-                      : RayPlan::glance(static_cast<std::size_t>(settings_.lamp_rays), below >= 2),
-                  values);
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
-    }
-
-    /// Of a probe: whether the lamps are seen from the middles of the quarters of its cell, by one ray each
-    /// to different parts.
-    void find_probe_row(const RecordKey& key, std::uint64_t seed, std::size_t tile, std::uint64_t wanted,
-                        TileValues& values) const {
-        const Way way = key.way();
-        const int level = key.level();
-        const double step = lattice_.step(level);
-        const auto quarter = static_cast<float>(0.25 * step);
-        const glm::vec3 middle = probe_start(lattice_, key.index(), way, level);
-        SightCounts open{};
-        SightCounts closed{};
-        for (std::size_t i = 0; i < 4; ++i) {
-            glm::vec3 start = middle;
-            start[way.u()] += (i & 1) != 0 ? quarter : -quarter;
-            start[way.v()] += (i & 2) != 0 ? quarter : -quarter;
-            const auto landing = land(start, way, level, 4.0f);
-            if (!landing)
-                continue;
-            const glm::vec3 place = start - landing->fall * way.up();
-            LampRays<Tracer> rays(tracer_, lamps_, tile,
-                                  {off_surface(place, landing->normal, step), landing->normal, seed, step,
-                                   greatest_reach(lattice_)});
-            rays.probe(wanted, i, open, closed);
-            lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
-        }
-        for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
-            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            values[l] = open[l] == 0     ? (closed[l] == 0 ? probe_knows_nothing : std::uint8_t{0})
-                        : closed[l] == 0 ? std::uint8_t{255}
-                                         : probe_sees_both;
-        }
     }
 
     Tracer tracer_;
@@ -492,6 +499,7 @@ private:
     LampTable lamps_;
     std::unique_ptr<RecordTable> table_ = std::make_unique<RecordTable>();
     mutable std::atomic<std::uint64_t> lamp_rays_{0};
+    mutable std::atomic<std::uint64_t> listed_rays_{0};
     mutable std::atomic<std::uint64_t> place_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};
     mutable std::atomic<std::size_t> octets_{0};

@@ -3,7 +3,10 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/fill/flood_fill.hpp>
+#include <lightmesh/fill/list_fill.hpp>
 #include <lightmesh/fill/long_fill.hpp>
+#include <lightmesh/fill/long_test_list.hpp>
+#include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
 #include <lightmesh/mesh/merge.hpp>
@@ -16,6 +19,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace lightmesh::detail {
 
@@ -49,6 +53,15 @@ public:
         long_rays_.fetch_add(long_fill.cost().rays, std::memory_order_relaxed);
     }
 
+    /// The same for many units of this level, by a caller's own tracer.
+    template <LongTestTracer Trace>
+    void fill(std::span<const UnitTable::Entry> missing, std::uint32_t level, Trace& trace) const {
+        ListFill<Trace> list_fill(data_, level, trace);
+        list_fill.run(missing);
+        long_tests_done_.fetch_add(list_fill.rays(), std::memory_order_relaxed);
+        listed_rays_.fetch_add(list_fill.rays(), std::memory_order_relaxed);
+    }
+
     /// Index plus one of the flood of a light point of the brick, found if nobody has yet.
     std::uint32_t flood_of(const MeshView& mesh, const Brick& brick, const glm::ivec3& seed) const {
         if (const std::uint32_t known = find_flood(mesh, brick, bit_in_brick(seed)); known != 0)
@@ -66,6 +79,7 @@ public:
         long_tests_done_.store(other.long_tests_done_.load(std::memory_order_relaxed),
                                std::memory_order_relaxed);
         long_rays_.store(other.long_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+        listed_rays_.store(other.listed_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
         link_rays_.store(other.link_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
     }
 
@@ -84,6 +98,7 @@ public:
         });
         sum.long_tests = long_tests_done_.load(std::memory_order_relaxed);
         sum.long_rays = long_rays_.load(std::memory_order_relaxed);
+        sum.listed_rays = listed_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
         sum.bytes = data_.bytes() + sizeof *this - sizeof data_;
         return sum;
@@ -95,6 +110,7 @@ private:
     mutable MeshData data_;
     mutable std::atomic<std::uint64_t> long_tests_done_{0};
     mutable std::atomic<std::uint64_t> long_rays_{0};
+    mutable std::atomic<std::uint64_t> listed_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};
 };
 

@@ -900,6 +900,18 @@ vec3 lightmesh_light_end(uint light, vec3 end) {
     precise vec3 short_of_light = at - to_light * share;
     return short_of_light;
 }
+
+// A long test, as `fill` traces it on the CPU: whether light point p of a brick (see `LongTestWord`) sees the light
+// at a place, 64 * tile + l.
+bool lightmesh_sees_light(ivec3 brick, uint p, uint place) {
+    ivec3 in_brick = ivec3((p & 1u) | (p >> 2 & 2u), (p >> 1 & 1u) | (p >> 3 & 2u), (p >> 2 & 1u) | (p >> 4 & 2u));
+    vec3 point = lightmesh_light_point(4 * brick + in_brick);
+    uint light = lightmesh_light(place);
+    vec3 end = lightmesh_light_end(light, point);
+    bool is_far = (lightmesh_lights[light + 3u] & lightmesh_is_directional) != 0u ||
+                  lightmesh_largest(lightmesh_light_vector(light)) > 16384.0 * lightmesh.step_float;
+    return is_far ? lightmesh_is_open(point, end) : lightmesh_is_open(end, point);
+}
 #endif
 
 // 64 lights at a point. Writes a request if something is missing that `fill` can find.

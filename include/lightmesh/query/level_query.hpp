@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/level.hpp>
 #include <lightmesh/query/query.hpp>
 #include <lightmesh/query/query_point.hpp>
@@ -14,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 /// Queries of points with footprints: each asks one level of a mesh, or the two that it lies between.
 
@@ -40,22 +42,30 @@ public:
 
     /// As `LightMesh::visibility` for up to `most_points` points.
     void run(std::span<const SurfacePoint> points, std::span<float> all) {
-        for_each_level(points, [&](const Level& level, const PointBatch& batch) {
-            BlockQuery(level, spent_).run(batch, all);
+        for_each_level(points, [&](int k, const PointBatch& batch) {
+            BlockQuery(levels_.level(k), spent_).run(batch, all);
         });
     }
 
     /// As `BlockQuery::fill`, for as many points.
     void fill(std::span<const SurfacePoint> points) {
-        for_each_level(points, [&](const Level& level, const PointBatch& batch) {
-            BlockQuery(level, spent_).fill(batch);
+        for_each_level(points, [&](int k, const PointBatch& batch) {
+            BlockQuery(levels_.level(k), spent_).fill(batch);
+        });
+    }
+
+    /// As `BlockQuery::list`, for as many points; `units` are those of each level.
+    void list(std::span<const SurfacePoint> points, std::vector<UnitTable>& units) {
+        for_each_level(points, [&](int k, const PointBatch& batch) {
+            const auto level = static_cast<std::size_t>(k);
+            if (units.size() <= level)
+                units.resize(level + 1);
+            BlockQuery(levels_.level(k), spent_).list(batch, units[level]);
         });
     }
 
 private:
-    using Level = typename Levels::Level;
-
-    /// Calls ask(level, batch) for the levels that serve any of the points, the finest first, so that a
+    /// Calls ask(k, batch) for the levels that serve any of the points, the finest first, so that a
     /// point's row has the finer level's values when those of the coarser are blended in.
     template <class Ask>
     void for_each_level(std::span<const SurfacePoint> points, Ask&& ask) {
@@ -75,10 +85,10 @@ private:
                     add(points[i], i, choices_[i].coarser_share);
             }
             if (size_ != 0)
-                ask(levels_.level(k), PointBatch{std::span<const glm::vec3>(positions_).first(size_),
-                                                 std::span<const glm::vec3>(normals_).first(size_),
-                                                 std::span<const std::uint32_t>(rows_).first(size_),
-                                                 std::span<const float>(shares_).first(size_)});
+                ask(k, PointBatch{std::span<const glm::vec3>(positions_).first(size_),
+                                  std::span<const glm::vec3>(normals_).first(size_),
+                                  std::span<const std::uint32_t>(rows_).first(size_),
+                                  std::span<const float>(shares_).first(size_)});
         }
     }
 

@@ -4,6 +4,7 @@
 #include <lightmesh/fill/long_fill.hpp>
 #include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/fill/trace.hpp>
+#include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/light_table.hpp>
@@ -62,6 +63,13 @@ public:
     void fill(const PointBatch& batch) {
         for (std::size_t done = 0; done < batch.size();)
             done += resolve_block(batch, done);
+    }
+
+    /// The same, but long tests are listed instead of found.
+    void list(const PointBatch& batch, UnitTable& units) {
+        listed_ = &units;
+        fill(batch);
+        listed_ = nullptr;
     }
 
 private:
@@ -258,16 +266,26 @@ private:
                 }
             }
         }
-        if (!missing_.entries().empty())
-            filler_.fill(missing_);
+        find_missing();
         mesh_ = filler_.data().view();
+    }
+
+    void find_missing() {
+        if (missing_.entries().empty())
+            return;
+        if (listed_ == nullptr) {
+            filler_.fill(missing_);
+            return;
+        }
+        for (const MissingUnits& missing : missing_.entries())
+            listed_->add({missing.brick->position(), missing.tile}, missing.units);
     }
 
     void need(const Brick& brick, std::size_t tile, std::uint64_t points, std::uint32_t groups) {
         const std::uint64_t missing = mesh_.missing(brick, tile, cells_in(points) & (groups * every_byte));
         if (missing == 0 || missing_.add(brick, tile, missing)) [[likely]]
             return;
-        filler_.fill(missing_);
+        find_missing();
         missing_.clear();
         missing_.add(brick, tile, missing);
     }
@@ -421,6 +439,7 @@ private:
     const Kernels& kernels_;
     BrickWindow window_;
     QueryStatistics* spent_;
+    UnitTable* listed_ = nullptr;  ///< null: what is missing is found
     std::span<float> all_;
     std::size_t point_count_ = 0;
     std::uint32_t window_count_ = 0;

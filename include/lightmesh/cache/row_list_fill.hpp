@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <lightmesh/cache/column.hpp>
+#include <lightmesh/cache/lamp_ray_list.hpp>
+#include <lightmesh/cache/lamp_rows.hpp>
+#include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/row_table.hpp>
+#include <lightmesh/segment.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lightmesh::detail {
+
+/// Finds rows of many records at once by a caller's own tracer, round by round, and keeps them: the same
+/// values as `CacheStore::row`.
+template <class Store, SegmentTracer Trace>
+class RowListFill {
+public:
+    RowListFill(const Store& store, Trace& trace) : store_(store), trace_(trace) {}
+
+    /// Throws what the tracer and the store's `Intersector` throw, and std::bad_alloc.
+    void run(std::span<const RowTable::Entry> rows) {
+        for (const RowTable::Entry& row : rows) {
+            add(row);
+            if (values_begun_ >= most_values || works_.size() == most_works)
+                find();
+        }
+        find();
+    }
+
+private:
+    struct Work {
+        Record* record;
+        std::size_t tile;
+        std::uint64_t wanted;
+        RowLook look;
+        LampTally tally;
+        TileValues values{};
+    };
+
+    /// So many that a first round, of up to ten rays each, fills half a call.
+    static constexpr std::size_t most_values = most_listed_segments / 20;
+    /// What is known of them meanwhile takes a KiB each.
+    static constexpr std::size_t most_works = std::size_t{1} << 14;
+
+    void add(const RowTable::Entry& row) {
+        // Updates since it was listed may have forgotten the record, or taken out lights.
+        const RecordPlace place = store_.table().find(row.key.record);
+        if (!place || row.key.tile >= store_.lamps().tile_count() || store_.is_full())
+            return;
+        const std::uint64_t wanted = row.mask & ~store_.known_row(*place.record, row.key.tile).known;
+        if (wanted == 0)
+            return;
+        const Column column = column_of(store_.lattice(), place.key, *place.record, place.key.way(), true);
+        const RowLook look = store_.look_of(column);
+        works_.push_back({place.record, row.key.tile, wanted, look, LampTally(store_.lamps(), row.key.tile)});
+        if (!look.is_probe)
+            works_.back().tally.begin(look.origins[0], wanted, look.plan);
+        values_begun_ += static_cast<std::size_t>(std::popcount(wanted));
+    }
+
+    void find() {
+        while (!works_.empty()) {
+            segments_.clear();
+            rays_.clear();
+            for (const Work& work : works_)
+                list(work);
+            trace_listed();
+            std::size_t next = 0;
+            std::size_t left = 0;
+            for (std::size_t w = 0; w < works_.size(); ++w) {
+                Work& work = works_[w];
+                for (; next < rays_.size() && rays_[next].work == w; ++next)
+                    work.tally.take(rays_[next].ray, hit_[next] == 0);
+                if (ends(work))
+                    store_.keep_row(*work.record, work.tile, work.wanted, work.values);
+                else if (left++ != w)
+                    works_[left - 1] = work;
+            }
+            works_.erase(works_.begin() + static_cast<std::ptrdiff_t>(left), works_.end());
+        }
+        values_begun_ = 0;
+    }
+
+    void list(const Work& work) {
+        const auto w = static_cast<std::uint32_t>(&work - works_.data());
+        const auto add = [&](std::uint8_t ray, const Segment& segment) {
+            segments_.push_back(segment);
+            rays_.push_back({w, ray});
+        };
+        if (!work.look.is_probe) {
+            work.tally.list_round(add);
+            return;
+        }
+        for (std::size_t i = 0; i < work.look.origins.size(); ++i)
+            if (work.look.is_there[i])
+                work.tally.list_part(work.look.origins[i], work.wanted, i, add);
+    }
+
+    /// Whether the values of a row are final.
+    static bool ends(Work& work) {
+        if (!work.look.is_probe)
+            return !work.tally.end_round(work.values);
+        work.tally.end_parts(work.wanted, work.values);
+        return true;
+    }
+
+    void trace_listed() {
+        hit_.assign(segments_.size(), 0);
+        for (std::size_t first = 0; first < segments_.size(); first += most_listed_segments) {
+            const std::size_t size = (std::min)(segments_.size() - first, most_listed_segments);
+            trace_(std::span<const Segment>(segments_).subspan(first, size),
+                   std::span(hit_).subspan(first, size));
+        }
+        store_.count_listed_rays(segments_.size());
+    }
+
+    /// A ray of the round: whose it is, and the name that `LampTally` gave it.
+    struct Ray {
+        std::uint32_t work;
+        std::uint8_t ray;
+    };
+
+    const Store& store_;
+    Trace& trace_;
+    std::size_t values_begun_ = 0;
+    std::vector<Work> works_;
+    std::vector<Segment> segments_;
+    std::vector<Ray> rays_;
+    std::vector<std::uint8_t> hit_;
+};
+
+}  // namespace lightmesh::detail
