@@ -2,6 +2,7 @@
 #include "blender/core/grouped_visibility.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace demo {
@@ -28,15 +29,24 @@ GroupedVisibility::GroupedVisibility(const EmbreeScene& scene, std::size_t light
 
 void GroupedVisibility::find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const {
     std::ranges::fill(lit, 1.0f);
+    std::vector<float> footprints(points.footprints.begin(), points.footprints.end());
+    for (float& footprint : footprints)
+        footprint *= footprint_share_;
+    SurfacePoints of_samples = points;
+    of_samples.footprints = footprints;
     std::vector<float> part;
     for (const Made& made : groups_) {
         const std::vector<std::size_t>& numbers = *made.group.options.lights;
         part.resize(points.positions.size() * numbers.size());
-        made.visibility->find(points, part, cost);
+        made.visibility->find(of_samples, part, cost);
         for (std::size_t i = 0; i < points.positions.size(); ++i)
             for (std::size_t k = 0; k < numbers.size(); ++k)
                 lit[i * light_count_ + numbers[k]] = part[i * numbers.size() + k];
     }
+}
+
+void GroupedVisibility::set_samples(int samples) {
+    footprint_share_ = 1.0f / std::sqrt(static_cast<float>((std::max)(samples, 1)));
 }
 
 void GroupedVisibility::update(const EmbreeScene& scene, const SceneChange& change) {

@@ -34,6 +34,10 @@ public:
     /// Of all caches together.
     std::optional<lightmesh::CacheStatistics> cache() const override;
 
+    /// Pixels are drawn by so many samples: the footprint of each is its part of the pixel, since their mean
+    /// smooths once more. Not while another thread uses this.
+    void set_samples(int samples);
+
     std::size_t group_count() const { return groups_.size(); }
     std::size_t groups_kept() const { return kept_; }
 
@@ -50,6 +54,7 @@ private:
 
     std::size_t light_count_;
     std::size_t kept_ = 0;
+    float footprint_share_ = 1.0f;
     std::vector<Made> groups_;
 };
 

@@ -399,6 +399,7 @@ void Session::render(const LmView& view) {
     progress_ = 0.0f;
     state_ = LM_RUNNING;
     failure_ = nullptr;
+    visibility_->set_samples(view.samples);
     worker_ = std::thread([this, options] { run(options); });
 }
 

@@ -62,7 +62,7 @@ class LightMeshLightSettings(bpy.types.PropertyGroup):
                           soft_max=10, subtype='DISTANCE', unit='LENGTH')
     size: IntProperty(name='Size', description='Texels to a side of the shadow maps', default=1024, min=16, max=8192)
     spacing: FloatProperty(name='Spacing', description='Between the coarsest places that know how visible the lamp is',
-                           default=.25, min=1e-4, soft_max=10, subtype='DISTANCE', unit='LENGTH')
+                           default=.15, min=1e-4, soft_max=10, subtype='DISTANCE', unit='LENGTH')
     detail: IntProperty(name='Detail', description='How often the spacing is halved along penumbrae', default=3, min=0,
                         max=6)
 
