@@ -45,6 +45,7 @@ struct Case {
     std::size_t lights;  ///< 0: the scene's own, up to 64
     double mean_error, misses, warm_ns, warm_over_hard, warm_over_lamps, cold_over_hard, cold_over_lamps,
         megabytes;  ///< to reach; 0: nothing is said
+    bool shaft_rows = false;
 };
 
 /// All that is compared, for one scene.
@@ -86,8 +87,9 @@ public:
         const Errors errors = compare(cache);
         const double cold_ns = 1e9 * cold / static_cast<double>(count);
 
-        const std::string name =
-            which_.scene + " R " + demo::fixed(static_cast<double>(which_.lamp_radius), 2);
+        const std::string name = which_.scene + " R " +
+                                 demo::fixed(static_cast<double>(which_.lamp_radius), 2) +
+                                 (which_.shaft_rows ? ", shaft rows" : "");
         const auto row = [&](const std::string& what, double reach, double got, int digits) {
             table.add_row({name + ", " + std::to_string(lights_.size()) + " lights", what,
                            reach > 0.0 ? demo::fixed(reach, digits) : "-", demo::fixed(got, digits)});
@@ -254,6 +256,8 @@ int run(std::span<char*> arguments) {
         {"spheres", 0.45f, 0, 0, 0, 0, 0, 0, 0, 0, 0},
         {"park", 1.0f, 0, 0.045, 3, 600, 18, 90, 0.5, 4, 100},
         {"park", 1.0f, 256, 0, 0, 0, 0, 0, 0, 0, 0},
+        {"rooms", 0.3f, 0, 0, 0, 0, 0, 0, 0, 0, 0, true},
+        {"spheres", 6.0f, 0, 0, 0, 0, 0, 0, 0, 0, 0, true},
     };
     for (const std::string argument : arguments) {
         const bool is_case = argument.size() == 1 && argument[0] >= '0' &&
@@ -274,7 +278,8 @@ int run(std::span<char*> arguments) {
         demo::TextTable table;
         table.add_row({"scene", "what", "to reach", "measured"});
         table.add_rule();
-        Contest(cases[i], lightmesh::CacheSettings{.spacing = 0.0f}).run(table);
+        Contest(cases[i], lightmesh::CacheSettings{.spacing = 0.0f, .shaft_rows = cases[i].shaft_rows})
+            .run(table);
         std::cout << table.text() << std::flush;
     }
     if (arguments.empty() || std::ranges::any_of(arguments, [](const char* argument) {

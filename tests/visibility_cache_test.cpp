@@ -229,6 +229,66 @@ TEST_CASE(
     CHECK(one.statistics().records > 100);
 }
 
+TEST_CASE("visibility cache: shaft rows find the contact shadows of thin legs, in any order") {
+    std::vector<test::Triangle> scene = floor_scene();
+    std::vector<test::SurfacePoint> feet;
+    test::Random random(23);
+    const std::vector<Light> lights{lightmesh::PointLight{.position = {0.5f, -0.3f, 4.0f}, .radius = 0.2f},
+                                    lightmesh::DirectionalLight{{0.6f, 0.3f, -1.0f}, 0.02f}};
+    for (int leg = 0; leg < 40; ++leg) {
+        const Vec low(random.in_box({-4.0, -4.0, 0.0}, {4.0, 4.0, 0.0}));
+        test::add_box(scene, low, low + Vec(0.06, 0.06, 0.7));
+        // Beside it, all around.
+        for (int i = 0; i < 12; ++i) {
+            const double angle = 2.0 * std::numbers::pi * i / 12.0;
+            feet.push_back({.position = glm::vec3(low + Vec(0.03, 0.03, 0.0) +
+                                                  0.06 * Vec(std::cos(angle), std::sin(angle), 0.0)),
+                            .normal = {0.0f, 0.0f, 1.0f}});
+        }
+    }
+    const VisibilityCache without{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.25f}};
+    const CacheSettings settings{.spacing = 0.25f, .shaft_rows = true};
+    const VisibilityCache with{HitTracer{&scene}, lights, settings};
+    int dark = 0;
+    int found_without = 0;
+    int found_with = 0;
+    for (const test::SurfacePoint& foot : feet)
+        for (std::size_t l = 0; l < lights.size(); ++l) {
+            if (share_of(scene, lights[l], Vec(foot.position), Vec(foot.normal), 64, random) >= 0.2)
+                continue;
+            ++dark;
+            found_without += without.visibility(foot.position, foot.normal, l) < 0.4f ? 1 : 0;
+            found_with += with.visibility(foot.position, foot.normal, l) < 0.4f ? 1 : 0;
+        }
+    CAPTURE(dark);
+    CAPTURE(found_without);
+    CAPTURE(found_with);
+    CHECK(dark > 100);
+    CHECK(found_with > dark * 9 / 10);
+    CHECK(found_with > found_without);
+    CHECK(with.statistics().lamp_rays > without.statistics().lamp_rays);
+
+    const VisibilityCache backwards{HitTracer{&scene}, lights, settings};
+    std::atomic<int> wrong{0};
+    {
+        std::latch start(3);
+        std::vector<std::jthread> threads;
+        for (std::size_t t = 0; t < 3; ++t)
+            threads.emplace_back([&, t] {
+                start.arrive_and_wait();
+                for (std::size_t i = feet.size(); i-- > 0;) {
+                    const test::SurfacePoint& foot = feet[(i + 100 * t) % feet.size()];
+                    for (std::size_t l = 0; l < lights.size(); ++l)
+                        wrong += backwards.visibility(foot.position, foot.normal, l) !=
+                                         with.visibility(foot.position, foot.normal, l)
+                                     ? 1
+                                     : 0;
+                }
+            });
+    }
+    CHECK(wrong == 0);
+}
+
 TEST_CASE("visibility cache: no light leaves a closed box") {
     for (const float spacing : {0.2f, 1.0f}) {
         std::vector<test::Triangle> scene = floor_scene();

@@ -173,6 +173,9 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
     command.add_option("--lamp-rays", cache.lamp_rays, "rays of 'cache' from a record to a lamp, at most")
         ->check(CLI::Range(1, 256))
         ->capture_default_str();
+    command.add_flag(
+        "--shaft-rows", cache.shaft_rows,
+        "of 'cache': each record also looks around itself, for the contact shadows of thin things");
     command.add_option("--short-test", options.short_test, "of lmm: does a surface point see a light point?")
         ->check(CLI::IsMember({"exact", "linked", "none"}))
         ->capture_default_str();

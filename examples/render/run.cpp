@@ -79,6 +79,7 @@ Run run_begun(const std::string& algorithm, const EmbreeScene& scene, const Visi
     begun.algorithm = algorithm;
     begun.settings = visibility.settings;
     begun.spacing = cache_settings_of(visibility).spacing;
+    begun.shaft_rows = cache_settings_of(visibility).shaft_rows;
     begun.lamp_sizes = lamp_size_text(lamps_of(scene, visibility));
     return begun;
 }
@@ -131,6 +132,8 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"radius r", number(run.settings.radius)});
     table.add_row({"quality q", number(run.settings.quality)});
     table.add_row({"spacing g", number(run.spacing)});
+    if (run.shaft_rows)
+        table.add_row({"shaft rows", "of steps g and g / 2"});
     table.add_row({"lamp radius", run.lamp_sizes});
     if (!run.device.empty())
         table.add_row({"device", run.device});

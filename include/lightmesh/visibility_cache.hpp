@@ -201,13 +201,13 @@ public:
             .write(settings(), lights(), detail::place_kind<Tracer>(), row_source());
     }
 
-    /// Adds what a snapshot knows and this cache lacks: of a cache with the same spacing, origin and
-    /// lamp_rays, of the same scene; of blur rows, also with the same radius, quality, origin and short test
-    /// of the mesh. Places that `closest_hit` found and places found by bisection are not mixed. Lights
-    /// belong together by their numbers; those that differ contribute nothing, nor does anything that may
-    /// have to do with the boxes in `changed`, where the scene is another one than it was for the snapshot.
-    /// `bytes` must begin at a multiple of 16. What `CacheSettings::memory_budget` has no room for is left
-    /// out.
+    /// Adds what a snapshot knows and this cache lacks: of a cache with the same spacing, origin,
+    /// lamp_rays and shaft_rows, of the same scene; of blur rows, also with the same radius, quality, origin
+    /// and short test of the mesh. Places that `closest_hit` found and places found by bisection are not
+    /// mixed. Lights belong together by their numbers; those that differ contribute nothing, nor does
+    /// anything that may have to do with the boxes in `changed`, where the scene is another one than it was
+    /// for the snapshot. `bytes` must begin at a multiple of 16. What `CacheSettings::memory_budget` has no
+    /// room for is left out.
     ///
     /// Everything is checked before the cache is touched: throws std::invalid_argument that says what is
     /// wrong with the bytes, or that more than 1 in 1,000 values that both know differ. Where fewer differ,

@@ -120,8 +120,15 @@ private:
         const Way way = key.way();
         const auto step = static_cast<float>(lattice_.step(key.level()));
         const bool in_air = !key.is_probe() && key.what() >= static_cast<std::uint32_t>(RecordKind::air);
-        const glm::vec3 start = key.is_probe() ? probe_start(lattice_, key.index(), way, key.level())
-                                               : lattice_.position(key.index(), key.level());
+        glm::vec3 start = key.is_probe() ? probe_start(lattice_, key.index(), way, key.level())
+                                         : lattice_.position(key.index(), key.level());
+        if (key.is_probe() && lattice_.has_shaft_rows(key.level())) {
+            // Rays start up to a step higher or lower, and three eighths of one to the sides.
+            const glm::vec3 up = 1.1f * step * way.up();
+            const glm::vec3 end = start - 4.7f * up;
+            return widened({(glm::min)(start + up, end), (glm::max)(start + up, end)},
+                           0.4f * step + slack_of(key) + greatest_offset(start));
+        }
         // Slopes are found from places an eighth of a step beside, which may lie a quarter deeper.
         const float length = in_air                   ? 0.0f
                              : record.is_on_surface() ? record.fall + 0.13f * step

@@ -69,26 +69,27 @@ struct CacheCell {
         return is_flat && is_same(unit_normal, normal) && std::abs(glm::dot(normal, point - place)) < slack;
     }
 
-    /// The lights that have the same value in all four rows, and no centre that contradicts, as far as they
+    /// The lights that have the same value in all four rows, and no probe that contradicts, as far as they
     /// have been compared.
     std::uint64_t uniform_of(std::size_t tile) const { return values.tile == tile ? uniform : 0; }
 
-    /// Compares some lights, which all rows know; also with the centre, if cells of this level have one.
-    void compare(std::uint64_t lights, bool is_probed) {
+    /// Compares some lights, which all rows know; also with what the cell's probes say: none, the centre, or
+    /// four shafts.
+    void compare(std::uint64_t lights, std::size_t probe_count) {
         lights &= ~compared;
-        if (is_probed)
-            lights &= values.known[CellValues::centre];
+        for (std::size_t k = 0; k < probe_count; ++k)
+            lights &= values.known[CellValues::centre + k];
         for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
             const int o = std::countr_zero(octets);
             const auto& words = values.octets[static_cast<std::size_t>(o)];
             Lanes lanes;
             spread_bytes((words[0] ^ words[1]) | (words[0] ^ words[2]) | (words[0] ^ words[3]), lanes);
-            if (is_probed) {
+            for (std::size_t k = 0; k < probe_count; ++k) {
                 Lanes value;
-                Lanes centre;
+                Lanes probe;
                 spread_bytes(words[0], value);
-                spread_bytes(words[CellValues::centre], centre);
-                mark_missed(lanes, centre, value, value);
+                spread_bytes(words[CellValues::centre + k], probe);
+                mark_missed(lanes, probe, value, value, probe_count == 4);
             }
             uniform |= (mask_of(lanes) ^ 255u) << 8 * o & lights;
         }

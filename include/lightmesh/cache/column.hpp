@@ -20,9 +20,12 @@ struct Column {
     glm::vec3 normal{0.0f};  ///< zero: there is no surface
 };
 
-/// Where the centre of a cell falls from: `index` has the cell's least indices along u and v.
+/// Where the middle of what a probe stands for falls from: of a cell, of which `index` has the least indices
+/// along u and v; or, of a shaft row, the record's own lattice point.
 inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, const Way& way, int level) {
     glm::vec3 start = lattice.position(index, level);
+    if (lattice.has_shaft_rows(level))
+        return start;
     const auto half = static_cast<float>(0.5 * lattice.step(level));
     start[way.u()] += half;
     start[way.v()] += half;

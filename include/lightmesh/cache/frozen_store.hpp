@@ -49,6 +49,9 @@ public:
     Column air(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         return find(RecordKey(index, RecordKind::air, way, level), way, spare);
     }
+    Column shaft(const Column& around, const Way& way, int level, Record& spare) const {
+        return probe(around.key.index(), way, level, spare);
+    }
     Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
         return find(RecordKey(index, RecordKind::probe, way, level), way, spare);
     }

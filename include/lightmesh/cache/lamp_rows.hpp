@@ -55,9 +55,10 @@ struct RayPlan {
 /// From where rays tell a row.
 struct RowLook {
     bool is_probe = false;
-    RayPlan plan{};                      ///< of a row that is no probe's: from the first origin
-    std::array<RowOrigin, 4> origins{};  ///< of a probe the middles of the quarters of its cell
-    std::array<bool, 4> is_there{};      ///< of a probe: whether the quarter has a surface
+    RayPlan plan{};                       ///< of a row that is no probe's: from the first origin
+    std::size_t places = 0;               ///< of a probe
+    std::array<RowOrigin, 16> origins{};  ///< of a probe the middles of parts of its cell or shaft
+    std::array<bool, 16> is_there{};      ///< of a probe: whether there is a surface
 };
 
 /// Which rays tell what shares of a tile's lamps are open, round by round, and what they have told. Knows no

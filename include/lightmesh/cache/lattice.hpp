@@ -42,6 +42,7 @@ public:
         require(is_default || (is_finite(origin) && largest_component(origin) <= 1e18f),
                 "CacheSettings::origin", origin, "of magnitude up to 1e18, or NaN in all three components");
         finest_ = base_level + settings.detail;
+        has_shaft_rows_ = settings.shaft_rows;
         for (int level = 0; level < level_count; ++level) {
             const auto l = static_cast<std::size_t>(level);
             step_[l] = std::ldexp(static_cast<double>(settings.spacing), base_level - level);
@@ -52,6 +53,10 @@ public:
     }
 
     int finest_level() const { return finest_; }
+    /// Whether probes ask what records of a level miss.
+    static bool is_probed(int level) { return level == base_level || level == base_level + 1; }
+    /// Whether those belong to single records each, and look half a step to all sides.
+    bool has_shaft_rows(int level) const { return has_shaft_rows_ && is_probed(level); }
     /// World units.
     double step(int level) const { return step_[static_cast<std::size_t>(level)]; }
     /// World units.
@@ -88,6 +93,7 @@ private:
     std::array<double, level_count> per_step_{};
     std::array<glm::dvec3, level_count> origin_{};
     int finest_ = base_level;
+    bool has_shaft_rows_ = false;
 };
 
 }  // namespace lightmesh::detail

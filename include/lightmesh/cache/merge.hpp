@@ -73,6 +73,8 @@ private:
                    ", its lamp_rays " + std::to_string(theirs.lamp_rays) + ", where this cache has " +
                    to_text(mine.spacing) + ", " + to_text(mine.origin) + " and " +
                    std::to_string(mine.lamp_rays));
+        if (mine.shaft_rows != theirs.shaft_rows)
+            refuse("one of the two has shaft_rows, the other has none");
         if (places != from_.places())
             refuse("one of the two has found places by closest_hit, the other by bisection");
         if (row_source_ != from_.row_source())

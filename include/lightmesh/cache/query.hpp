@@ -230,11 +230,13 @@ private:
             blended.is_last = is_last && !is_exact;
             blended.force = is_exact || is_base ? 0 : one_weight;
             blended.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
-            const bool is_probed = is_base && level < Lattice::base_level + probed_levels;
-            blended.window = is_probed && !is_last ? window_of(visit.place) : 0;
-            if (blended.window != 0) {
-                place_probe(cell, level);
-                read(cell, CellValues::centre, tile, lights);
+            const bool is_probed = Lattice::is_probed(level);
+            blended.has_shafts = store_.lattice().has_shaft_rows(level);
+            blended.probe_count = 0;
+            if (is_probed && !is_last) {
+                add_probes(visit, level);
+                for (std::size_t k = 0; k < blended.probe_count; ++k)
+                    read(cell, blended.probes[k], tile, lights);
             }
             if (listed_ != nullptr) {
                 // What is listed waits for its values.
@@ -243,7 +245,7 @@ private:
                     return;
             }
             if (visit.is_flat)
-                cell.compare(lights, is_probed);
+                cell.compare(lights, !is_probed ? 0 : blended.has_shafts ? 4 : 1);
             lights = kernels_.blend_level(blend_, lights, blended);
             if (is_exact && lights != 0) {
                 add_exact(tile, lights);
@@ -268,9 +270,11 @@ private:
             listed_->add({column.key, tile}, missing);
     }
 
-    /// The lights that all records know which serve a point.
+    /// The lights that all records know which serve a point, and all probes that are asked.
     static std::uint64_t known_to_all(const CacheCell& cell, const BlendLevel& level) {
-        std::uint64_t known = level.window != 0 ? cell.values.known[CellValues::centre] : ~std::uint64_t{0};
+        std::uint64_t known = ~std::uint64_t{0};
+        for (std::size_t k = 0; k < level.probe_count; ++k)
+            known &= cell.values.known[level.probes[k]];
         for (std::size_t k = 0; k < level.taps; ++k)
             known &= cell.values.known[level.records[k]];
         return known;
@@ -487,6 +491,33 @@ private:
         return static_cast<std::uint32_t>((std::min)(8 * inside, one_weight));
     }
 
+    /// What else is asked whether the records miss something: of each its shaft, or the cell's centre.
+    void add_probes(Visit& visit, int level) {
+        BlendLevel& blended = visit.level;
+        if (!blended.has_shafts) {
+            if (const std::uint32_t window = window_of(visit.place); window != 0) {
+                place_probe(*visit.cell, level);
+                blended.add_probe(CellValues::centre, window);
+            }
+            return;
+        }
+        for (std::size_t tap = 0; tap < blended.taps; ++tap) {
+            const std::size_t record = blended.records[tap];
+            if (record >= CellValues::first_in_air || blended.weights[tap] == 0)
+                continue;
+            place_shaft(*visit.cell, record, level);
+            blended.add_probe(CellValues::first_shaft + record,
+                              (std::min)(8 * blended.weights[tap], static_cast<std::uint32_t>(one_weight)));
+        }
+    }
+
+    /// What a record misses around it: see `shaft` of the store.
+    void place_shaft(CacheCell& cell, std::size_t record, int level) {
+        const std::size_t shaft = CellValues::first_shaft + record;
+        if (!cell.has_column[shaft])
+            set_column(cell, shaft, store_.shaft(cell.columns[record], cell.way, level, spare(cell, shaft)));
+    }
+
     /// What four records miss between them: see `probe` of the store.
     void place_probe(CacheCell& cell, int level) {
         if (cell.has_column[CellValues::centre])
@@ -507,8 +538,6 @@ private:
     Record& spare(const CacheCell& cell, std::size_t record) {
         return spares_[static_cast<std::size_t>(&cell - &cells_[0])][record];
     }
-
-    static constexpr int probed_levels = 2;
 
     const Store& store_;
     const CacheKernels& kernels_;

@@ -11,7 +11,7 @@
 namespace lightmesh::detail {
 
 /// What a record is: fallen onto a surface along one of six ways, in the air at a lattice point, or
-/// of a cell of four columns (a probe, one for each of the six ways).
+/// of a cell of four columns, or around a fallen record (a probe, one for each of the six ways).
 enum class RecordKind : std::uint32_t {
     fallen = 0,  // + way
     air = 6,     // + way

@@ -46,7 +46,7 @@ private:
 
     /// So many that a first round, of up to ten rays each, fills half a call.
     static constexpr std::size_t most_values = most_listed_segments / 20;
-    /// What is known of them meanwhile takes a KiB each.
+    /// What is known of them meanwhile takes two KiB each.
     static constexpr std::size_t most_works = std::size_t{1} << 14;
 
     void add(const RowTable::Entry& row) {
@@ -98,7 +98,7 @@ private:
             work.tally.list_round(add);
             return;
         }
-        for (std::size_t i = 0; i < work.look.origins.size(); ++i)
+        for (std::size_t i = 0; i < work.look.places; ++i)
             if (work.look.is_there[i])
                 work.tally.list_part(work.look.origins[i], work.wanted, i, add);
     }

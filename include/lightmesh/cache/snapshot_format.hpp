@@ -82,7 +82,7 @@ struct RowSource {
 
 struct CacheHeader {
     static constexpr std::array<char, 8> right_magic{'l', 'i', 'g', 'h', 't', 'c', 'c', 'h'};
-    static constexpr std::uint32_t right_version = 3;
+    static constexpr std::uint32_t right_version = 4;
     static constexpr std::uint32_t right_byte_order = SnapshotHeader::right_byte_order;
 
     std::array<char, 8> magic;
@@ -98,7 +98,7 @@ struct CacheHeader {
     std::array<float, 3> origin;
     std::uint32_t places;  ///< `PlaceKind`
     RowSource row_source;
-    std::uint32_t unused;
+    std::uint32_t shaft_rows;
     std::array<SnapshotSection, cache_section_count> sections;
 };
 

@@ -93,9 +93,11 @@ private:
         settings_.lamp_rays = header_.lamp_rays;
         const RowSource& rows = header_.row_source;
         require_right(header_.exact_edges <= 1 && header_.has_origin <= 1 && rows.is_mesh <= 1 &&
-                          rows.has_origin <= 1 && rows.adaptive <= 1 && header_.unused == 0,
+                          rows.has_origin <= 1 && rows.adaptive <= 1 && header_.shaft_rows <= 1 &&
+                          header_.shaft_rows + rows.is_mesh <= 1,
                       "what is either so or not is neither");
         settings_.exact_edges = header_.exact_edges != 0;
+        settings_.shaft_rows = header_.shaft_rows != 0;
         if (header_.has_origin != 0)
             settings_.origin = {header_.origin[0], header_.origin[1], header_.origin[2]};
         require_right(header_.places <= static_cast<std::uint32_t>(PlaceKind::bisected),

@@ -44,6 +44,7 @@ public:
         header.detail = settings.detail;
         header.lamp_rays = settings.lamp_rays;
         header.exact_edges = settings.exact_edges ? 1 : 0;
+        header.shaft_rows = settings.shaft_rows ? 1 : 0;
         if (!std::isnan(settings.origin.x)) {
             header.has_origin = 1;
             header.origin = {settings.origin.x, settings.origin.y, settings.origin.z};

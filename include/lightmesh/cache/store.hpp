@@ -14,6 +14,7 @@
 #include <lightmesh/cache/record_brick.hpp>
 #include <lightmesh/cache/record_table.hpp>
 #include <lightmesh/cache/row.hpp>
+#include <lightmesh/cache/taps.hpp>
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/free_slots.hpp>
@@ -35,6 +36,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -66,7 +68,12 @@ class CacheStore {
 public:
     CacheStore(Tracer tracer, Rows rows, std::span<const Light> lights, const CacheSettings& settings)
         : tracer_(std::move(tracer)), rows_(std::move(rows)), settings_(settings), lattice_(settings),
-          user_lights_(lights.begin(), lights.end()), lamps_(lights) {}
+          user_lights_(lights.begin(), lights.end()), lamps_(lights) {
+        if (has_mesh && settings.shaft_rows)
+            throw std::invalid_argument(
+                "lightmesh: CacheSettings::shaft_rows is true, but must be false for a "
+                "cache of a light mesh");
+    }
 
     std::span<const Light> user_lights() const { return user_lights_; }
     const Tracer& tracer() const { return tracer_; }
@@ -137,6 +144,18 @@ public:
                 spare.set_normal(landing->normal);
             }
         }
+        return keep(key, spare, way);
+    }
+
+    /// The probe around a fallen record, which stands for places a half step to all sides of it.
+    Column shaft(const Column& around, const Way& way, int level, Record& spare) const {
+        const RecordKey key(around.key.index(), RecordKind::probe, way, level);
+        if (const RecordPlace known = table_->find(key))
+            return stand(known, way);
+        spare = Record();
+        spare.fall = around.record->fall;
+        for (int k = 0; k < 3; ++k)
+            spare.normal[k] = around.record->normal[k];
         return keep(key, spare, way);
     }
 
@@ -217,16 +236,30 @@ public:
             look.origins[0] = from(column.place, column.normal);
             return look;
         }
-        const auto quarter = static_cast<float>(0.25 * step);
+        const bool is_shaft = lattice_.has_shaft_rows(level);
+        const std::size_t side = is_shaft ? 4 : 2;
+        look.places = side * side;
         const glm::vec3 middle = probe_start(lattice_, key.index(), way, level);
-        for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t i = 0; i < look.places; ++i) {
+            const auto aside = [&](std::size_t part) {
+                return step * ((static_cast<double>(part) + 0.5) / static_cast<double>(side) - 0.5);
+            };
+            const double u = aside(i % side);
+            const double v = aside(i / side);
             glm::vec3 start = middle;
-            start[way.u()] += (i & 1) != 0 ? quarter : -quarter;
-            start[way.v()] += (i & 2) != 0 ? quarter : -quarter;
-            if (const auto landing = land(start, way, level, 4.0f)) {
-                look.origins[i] = from(start - landing->fall * way.up(), landing->normal);
-                look.is_there[i] = true;
-            }
+            start[way.u()] += static_cast<float>(u);
+            start[way.v()] += static_cast<float>(v);
+            if (is_shaft)
+                start[way.axis] += slope_rise(column.normal, way, u, v, step);
+            const auto landing = land(start, way, level, 4.0f);
+            if (!landing)
+                continue;
+            const glm::vec3 place = start - landing->fall * way.up();
+            // Another surface, of which the record says nothing.
+            if (is_shaft && fit_of(place, landing->normal, column.place, column.normal, step).share == 0)
+                continue;
+            look.origins[i] = from(place, landing->normal);
+            look.is_there[i] = true;
         }
         return look;
     }
@@ -480,7 +513,7 @@ private:
         const RowLook look = look_of(column);
         LampRays<Tracer> rays(tracer_, lamps_, tile);
         if (look.is_probe) {
-            for (std::size_t i = 0; i < look.origins.size(); ++i)
+            for (std::size_t i = 0; i < look.places; ++i)
                 if (look.is_there[i])
                     rays.find_part(look.origins[i], wanted, i);
             rays.end_parts(wanted, values);
@@ -488,6 +521,14 @@ private:
             rays.find(look.origins[0], wanted, look.plan, values);
         }
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
+    }
+
+    /// How much higher or lower than at a record its surface is beside it, world units, at most a step.
+    static float slope_rise(const glm::vec3& normal, const Way& way, double u, double v, double step) {
+        const double along = static_cast<double>(normal[way.axis]);
+        const double rise =
+            -(u * static_cast<double>(normal[way.u()]) + v * static_cast<double>(normal[way.v()])) / along;
+        return along == 0.0 ? 0.0f : static_cast<float>(std::clamp(rise, -step, step));
     }
 
     Tracer tracer_;

@@ -57,7 +57,8 @@ public:
     /// Of the request buffer, counted from LIGHTMESH_CACHE_BINDING.
     static constexpr std::uint32_t requests_binding = 2;
 
-    /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh,
+    /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh or has
+    /// `CacheSettings::shaft_rows`,
     /// std::length_error if it is too large for 32-bit indices, and std::bad_alloc.
     explicit CacheUpload(const SnapshotView& view) : CacheUpload(reader_of(view)) {}
     /// A view that is about to vanish is a mistake.
@@ -122,6 +123,10 @@ private:
     static constexpr std::uint32_t lights_are_rectangles = 8;
 
     explicit CacheUpload(const detail::CacheReader& reader) : values_(std::as_bytes(reader.octets())) {
+        if (reader.settings().shaft_rows)
+            throw std::invalid_argument(
+                "lightmesh: the snapshot has CacheSettings::shaft_rows, which shaders do "
+                "not read");
         const std::size_t keys = reader.records().size() + reader.aliases().size();
         const std::size_t slots = std::bit_ceil(2 * keys + 2);
         std::size_t tiles = 0;
