@@ -173,13 +173,14 @@ TEST_CASE("link lists: queries find nearly all links there, and give the same va
         for (std::size_t i = 0; i < segments.size(); ++i)
             hit[i] = mesh.tracer().occluded(segments[i]) ? 1 : 0;
     };
-    CHECK_THROWS_AS(mesh.fill(links, [](auto, auto) { throw std::runtime_error("the device was lost"); }),
-                    std::runtime_error);
-    mesh.fill(links, trace);
+    CHECK_THROWS_AS(
+        mesh.fill_links(links, [](auto, auto) { throw std::runtime_error("the device was lost"); }),
+        std::runtime_error);
+    mesh.fill_links(links, trace);
     CHECK(rays > 1000);
     CHECK(mesh.statistics().listed_link_rays == rays);
     CHECK(mesh.statistics().link_rays == 0);
-    mesh.fill(links, trace);
+    mesh.fill_links(links, trace);
     CHECK(mesh.statistics().listed_link_rays == rays);
     mesh.fill(list_in_parts(mesh, work.points), PlainWords{mesh});
     CHECK(ask(mesh, work.points) == values);

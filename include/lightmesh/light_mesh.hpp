@@ -217,7 +217,7 @@ public:
     /// Finds and stores what is listed by the caller's tracer; it changes no value of a query. May be called
     /// beside queries. Throws what the tracer throws; nothing is stored of the links of that call then.
     template <SegmentTracer Trace>
-    void fill(const LinkList& list, Trace&& trace) const {
+    void fill_links(const LinkList& list, Trace&& trace) const {
         for (std::size_t k = 0; k < list.levels_.size(); ++k)
             if (!list.levels_[k].entries().empty())
                 levels_->level(static_cast<int>(k)).fill_links(list.levels_[k].entries(), trace);

@@ -13,7 +13,7 @@ template <class Tracer, class Source>
 class LightMesh;
 
 /// Links between light points that a mesh lacks at some points, each named once: made by
-/// `LightMesh::list_links`, served by `LightMesh::fill` of the same mesh.
+/// `LightMesh::list_links`, served by `LightMesh::fill_links` of the same mesh.
 class LinkList {
 public:
     /// Whether nothing is lacking.
