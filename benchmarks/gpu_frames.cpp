@@ -146,7 +146,7 @@ void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
 /// What a small picture sees.
 std::vector<lightmesh::SurfacePoint> points_to_fill(const demo::ComputeDevice& device,
                                                     const demo::EmbreeScene& scene) {
-    const bench::ShadingPoints points(scene, device.is_cpu() ? 48 : 960, device.is_cpu() ? 32 : 720);
+    const bench::ShadingPoints points(scene, device.is_cpu() ? 32 : 960, device.is_cpu() ? 16 : 720);
     std::vector<lightmesh::SurfacePoint> asked;
     for (std::size_t t = 0; t < points.tile_count(); ++t)
         for (std::size_t i = 0; i < points.tile(t).size(); ++i)
@@ -165,7 +165,8 @@ std::vector<std::uint8_t> hits_of(const demo::EmbreeIntersector& tracer, std::sp
     return hit;
 }
 
-/// The long tests of a cold frame, by shaders as the mesh lists them; Embree's words are what it keeps.
+/// The links and the long tests of a cold frame, by shaders as the mesh lists them; Embree's words are what
+/// it keeps.
 void time_long_tests(const demo::ComputeDevice& device, const demo::Scene& scene) {
     const demo::EmbreeScene embree(scene);
     const std::vector<lightmesh::SurfacePoint> asked = points_to_fill(device, embree);
@@ -176,6 +177,12 @@ void time_long_tests(const demo::ComputeDevice& device, const demo::Scene& scene
     demo::LongTests shaders(device, copy);
     const demo::UploadedMesh uploaded(device, mesh.snapshot());
     shaders.bind(uploaded.bindings(demo::LongTests::set));
+    demo::SegmentRays link_shaders(device, copy);
+    const demo::Stopwatch linking;
+    lightmesh::LinkList links;
+    mesh.list_links(asked, links);
+    mesh.fill_links(links, [&](auto segments, auto hit) { link_shaders(segments, hit, nullptr); });
+    const double seconds_linking = linking.seconds();
     const demo::Stopwatch listing;
     lightmesh::LongTestList list;
     mesh.list_long_tests(asked, list);
@@ -210,8 +217,10 @@ void time_long_tests(const demo::ComputeDevice& device, const demo::Scene& scene
     });
     const double others = filling.seconds() - seconds - seconds_on_cpu;
     const demo::DeviceFill& spent = shaders.spent();
-    std::printf("| %s | %zu | %llu | %zu | %.1f | %.1f | %.1f | %.1f | %.1f | %zu |\n", scene.name.c_str(),
-                words, static_cast<unsigned long long>(spent.rays), spent.dispatches, 1e3 * seconds_listing,
+    std::printf("| %s | %llu | %.1f | %.1f | %zu | %llu | %zu | %.1f | %.1f | %.1f | %.1f | %.1f | %zu |\n",
+                scene.name.c_str(), static_cast<unsigned long long>(link_shaders.spent().rays),
+                1e3 * seconds_linking, 1e3 * link_shaders.spent().seconds_device, words,
+                static_cast<unsigned long long>(spent.rays), spent.dispatches, 1e3 * seconds_listing,
                 1e3 * seconds, 1e3 * spent.seconds_device, 1e3 * others, 1e3 * seconds_on_cpu, differing);
     std::fflush(stdout);
 }
@@ -263,8 +272,9 @@ void time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, co
     visibility.settings.radius = scene.radius;
     visibility.settings.quality = scene.quality;
     demo::RenderOptions options;
-    options.width = device.is_cpu() ? 64 : 960;
-    options.height = device.is_cpu() ? 48 : 720;
+    const bool is_filled = algorithm != "whitted";
+    options.width = !device.is_cpu() ? 960 : is_filled ? 24 : 160;
+    options.height = options.width * 3 / 4;
     demo::RenderStatistics statistics;
     const auto shadows = demo::make_visibility(algorithm, embree, visibility);
     const demo::Image expected = demo::render(embree, *shadows, options, statistics);
@@ -286,9 +296,10 @@ bool run(const demo::ComputeDevice& device) {
         "| scene | rays | number | ms | G rays/s | differ from Embree's |\n|---|---|--:|--:|--:|--:|\n");
     time_rays(device, demo::make_park());
     time_rays(device, demo::make_rooms());
-    std::printf("\n| scene | words | long rays | dispatches | links and listing: ms | by the device: ms | of "
+    std::printf("\n| scene | links | ms | of that shaders: ms | words | long rays | dispatches | listing: ms "
+                "| by the device: ms | of "
                 "that shaders: ms | storing: ms | by Embree: ms | words that differ from Embree's |\n"
-                "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+                "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
         time_long_tests(device, scene);
     std::printf(

@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <vector>
 
-// Long tests that are listed, and traced by the caller.
+// Long tests and links that are listed, and traced by the caller.
 
 namespace long_test_list_test {
 
@@ -150,6 +150,46 @@ TEST_CASE("long test lists: linked and exact queries, which trace no long ray th
         CHECK(mesh.statistics().long_rays == 0);
         CHECK(mesh.statistics().listed_rays > 10000);
     }
+}
+
+TEST_CASE("link lists: queries find nearly all links there, and give the same values") {
+    Work work(809);
+    for (std::size_t i = 0; i < work.points.size(); i += 3)
+        work.points[i].footprint = 0.5f;
+    const Mesh expected = work.mesh(ShortTest::linked);
+    const std::vector<float> values = ask(expected, work.points);
+    const Mesh mesh = work.mesh(ShortTest::linked);
+    lightmesh::LinkList links;
+    for (std::size_t first = 0; first < work.points.size(); first += 20) {
+        lightmesh::LinkList part;
+        mesh.list_links(std::span(work.points).subspan(first, 20), part);
+        links.add(part);
+    }
+    CHECK(!links.is_empty());
+    std::uint64_t rays = 0;
+    const auto trace = [&](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
+        REQUIRE(segments.size() == hit.size());
+        rays += segments.size();
+        for (std::size_t i = 0; i < segments.size(); ++i)
+            hit[i] = mesh.tracer().occluded(segments[i]) ? 1 : 0;
+    };
+    CHECK_THROWS_AS(
+        mesh.fill_links(links, [](auto, auto) { throw std::runtime_error("the device was lost"); }),
+        std::runtime_error);
+    mesh.fill_links(links, trace);
+    CHECK(rays > 1000);
+    CHECK(mesh.statistics().listed_link_rays == rays);
+    CHECK(mesh.statistics().link_rays == 0);
+    mesh.fill_links(links, trace);
+    CHECK(mesh.statistics().listed_link_rays == rays);
+    mesh.fill(list_in_parts(mesh, work.points), PlainWords{mesh});
+    CHECK(ask(mesh, work.points) == values);
+    CHECK(mesh.statistics().link_rays < expected.statistics().link_rays / 20);
+    MESSAGE(rays << " links by the caller, then " << mesh.statistics().link_rays << " of "
+                 << expected.statistics().link_rays);
+    lightmesh::LinkList none;
+    work.mesh(ShortTest::none).list_links(work.points, none);
+    CHECK(none.is_empty());
 }
 
 TEST_CASE("long test lists: points of several levels, some between two") {

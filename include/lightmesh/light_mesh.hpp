@@ -4,8 +4,10 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/fill/link_list.hpp>
 #include <lightmesh/fill/long_test_list.hpp>
 #include <lightmesh/fill/mesh_levels.hpp>
+#include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
@@ -183,9 +185,9 @@ public:
     ///         ...
     ///     });
     ///
-    /// What else they will need, links, is found by the mesh's own tracer and stored. May be called from any
-    /// number of threads, for parts of the points each, with a list each. Throws std::out_of_range as
-    /// queries do.
+    /// What else they will need, links that are not there yet, is found by the mesh's own tracer and stored.
+    /// May be called from any number of threads, for parts of the points each, with a list each. Throws
+    /// std::out_of_range as queries do.
     void list_long_tests(std::span<const SurfacePoint> points,
                          LongTestList& list) const requires std::same_as<Source, Rays> {
         Query query(*levels_, nullptr);
@@ -202,6 +204,23 @@ public:
             if (!list.levels_[k].entries().empty())
                 levels_->level(static_cast<int>(k))
                     .fill(list.levels_[k].entries(), static_cast<std::uint32_t>(k), trace);
+    }
+    /// Lists the links between light points that queries at these points may need and that the mesh lacks,
+    /// for a tracer that takes very many at once: nearly all that they will need, and some that they will
+    /// not, behind surfaces. To be filled before `list_long_tests`. Nothing unless the short test is
+    /// `ShortTest::linked`. Threads and errors as there.
+    void list_links(std::span<const SurfacePoint> points, LinkList& list) const {
+        Query query(*levels_, nullptr);
+        for (std::size_t first = 0; first < points.size(); first += Query::most_points)
+            query.list_links(block_of(points, first), list.levels_);
+    }
+    /// Finds and stores what is listed by the caller's tracer; it changes no value of a query. May be called
+    /// beside queries. Throws what the tracer throws; nothing is stored of the links of that call then.
+    template <SegmentTracer Trace>
+    void fill_links(const LinkList& list, Trace&& trace) const {
+        for (std::size_t k = 0; k < list.levels_.size(); ++k)
+            if (!list.levels_[k].entries().empty())
+                levels_->level(static_cast<int>(k)).fill_links(list.levels_[k].entries(), trace);
     }
     /// The segment of a long test: from light point p of a word to its light, or from there to the point
     /// (see `Intersector`), world units.

@@ -29,8 +29,10 @@
 #include <lightmesh/bounds.hpp>
 #include <lightmesh/cache/lamp_ray_list.hpp>
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/fill/link_list.hpp>
 #include <lightmesh/fill/long_test_list.hpp>
 #include <lightmesh/fill/map_source.hpp>
+#include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/fill/volume_source.hpp>
 #include <lightmesh/light_mesh.hpp>

@@ -18,6 +18,7 @@ struct MeshStatistics {
     std::uint64_t long_rays = 0;               ///< rays of the Intersector spent on them
     std::uint64_t listed_rays = 0;             ///< rays of the caller's own tracer spent on them
     std::uint64_t link_rays = 0;               ///< rays of the Intersector between neighbouring light points
+    std::uint64_t listed_link_rays = 0;        ///< the same of the caller's own tracer
     std::uint64_t forgotten_visibilities = 0;  ///< V(L, x) that updates have forgotten
     std::uint64_t forgotten_links = 0;         ///< between neighbouring light points, the same
     std::size_t bytes = 0;                     ///< all memory of the mesh but its adapters
@@ -33,6 +34,7 @@ struct MeshStatistics {
         long_rays += held.long_rays;
         listed_rays += held.listed_rays;
         link_rays += held.link_rays;
+        listed_link_rays += held.listed_link_rays;
         forgotten_visibilities += held.forgotten_visibilities;
         forgotten_links += held.forgotten_links;
         bytes += held.bytes;

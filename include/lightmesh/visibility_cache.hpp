@@ -14,6 +14,7 @@
 #include <lightmesh/cache/snapshot_writer.hpp>
 #include <lightmesh/cache/store.hpp>
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/scene_change.hpp>

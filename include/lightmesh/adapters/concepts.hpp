@@ -25,7 +25,7 @@
 /// * `BatchDepthRenderer`: render_depth(views, distances). May be added; so too.
 /// * `BoundedDepthRenderer`: bounds(). May be added, maps of directional lights need bounds; once a light.
 /// * `Occluders`: triangle_count(), triangle(i). In place of long rays: shadow volumes; once, on one thread.
-/// * `LongTestTracer` (fill/long_test_list.hpp) and `SegmentTracer` (cache/lamp_ray_list.hpp): callables, no
+/// * `LongTestTracer` (fill/long_test_list.hpp) and `SegmentTracer` (fill/segment_tracer.hpp): callables, no
 /// adapters. Where the program fills meshes and caches by rays that are traced very many at once, say on a
 /// GPU.
 ///

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <lightmesh/cache/column.hpp>
-#include <lightmesh/cache/lamp_ray_list.hpp>
 #include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/record.hpp>
 #include <lightmesh/cache/row_table.hpp>
+#include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/segment.hpp>
 
 #include <algorithm>

@@ -3,9 +3,11 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/fill/flood_fill.hpp>
+#include <lightmesh/fill/link_fill.hpp>
 #include <lightmesh/fill/list_fill.hpp>
 #include <lightmesh/fill/long_fill.hpp>
 #include <lightmesh/fill/long_test_list.hpp>
+#include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
@@ -62,6 +64,14 @@ public:
         listed_rays_.fetch_add(list_fill.rays(), std::memory_order_relaxed);
     }
 
+    /// Finds and stores links of cells of bricks (one bit a cell) by a caller's own tracer.
+    template <SegmentTracer Trace>
+    void fill_links(std::span<const UnitTable::Entry> missing, Trace& trace) const {
+        LinkListFill<Trace> link_fill(data_, trace);
+        link_fill.run(missing);
+        listed_link_rays_.fetch_add(link_fill.rays(), std::memory_order_relaxed);
+    }
+
     /// Index plus one of the flood of a light point of the brick, found if nobody has yet.
     std::uint32_t flood_of(const MeshView& mesh, const Brick& brick, const glm::ivec3& seed) const {
         if (const std::uint32_t known = find_flood(mesh, brick, bit_in_brick(seed)); known != 0)
@@ -81,6 +91,8 @@ public:
         long_rays_.store(other.long_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
         listed_rays_.store(other.listed_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
         link_rays_.store(other.link_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+        listed_link_rays_.store(other.listed_link_rays_.load(std::memory_order_relaxed),
+                                std::memory_order_relaxed);
     }
 
     /// Walks over all that is stored. Without what adapters and lights take.
@@ -100,6 +112,7 @@ public:
         sum.long_rays = long_rays_.load(std::memory_order_relaxed);
         sum.listed_rays = listed_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
+        sum.listed_link_rays = listed_link_rays_.load(std::memory_order_relaxed);
         sum.bytes = data_.bytes() + sizeof *this - sizeof data_;
         return sum;
     }
@@ -112,6 +125,7 @@ private:
     mutable std::atomic<std::uint64_t> long_rays_{0};
     mutable std::atomic<std::uint64_t> listed_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};
+    mutable std::atomic<std::uint64_t> listed_link_rays_{0};
 };
 
 }  // namespace lightmesh::detail

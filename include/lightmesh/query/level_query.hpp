@@ -57,14 +57,24 @@ public:
     /// As `BlockQuery::list`, for as many points; `units` are those of each level.
     void list(std::span<const SurfacePoint> points, std::vector<UnitTable>& units) {
         for_each_level(points, [&](int k, const PointBatch& batch) {
-            const auto level = static_cast<std::size_t>(k);
-            if (units.size() <= level)
-                units.resize(level + 1);
-            BlockQuery(levels_.level(k), spent_).list(batch, units[level]);
+            BlockQuery(levels_.level(k), spent_).list(batch, of_level(units, k));
+        });
+    }
+    /// As `BlockQuery::list_links`, so too.
+    void list_links(std::span<const SurfacePoint> points, std::vector<UnitTable>& cells) {
+        for_each_level(points, [&](int k, const PointBatch& batch) {
+            BlockQuery(levels_.level(k), spent_).list_links(batch, of_level(cells, k));
         });
     }
 
 private:
+    static UnitTable& of_level(std::vector<UnitTable>& levels, int k) {
+        const auto level = static_cast<std::size_t>(k);
+        if (levels.size() <= level)
+            levels.resize(level + 1);
+        return levels[level];
+    }
+
     /// Calls ask(k, batch) for the levels that serve any of the points, the finest first, so that a
     /// point's row has the finer level's values when those of the coarser are blended in.
     template <class Ask>

@@ -6,6 +6,7 @@
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/flood.hpp>
 #include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
@@ -19,10 +20,12 @@
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/support/atomics.hpp>
 #include <lightmesh/support/popcount.hpp>
 #include <lightmesh/support/room_for.hpp>
 #include <lightmesh/support/vectors.hpp>
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
@@ -70,6 +73,18 @@ public:
         listed_ = &units;
         fill(batch);
         listed_ = nullptr;
+    }
+
+    /// Lists the links that are missing where floods of the seeds before these points can lead, but for those
+    /// behind the surface, one bit a cell.
+    void list_links(const PointBatch& batch, UnitTable& cells) {
+        for (std::size_t done = 0; done < batch.size() && short_test() == ShortTest::linked;) {
+            done += start_block(batch, done);
+            find_uniform_points();
+            for (const QueryPoint& point : points())
+                if (!point.is_uniform)
+                    list_links_before(point, cells);
+        }
     }
 
 private:
@@ -288,6 +303,34 @@ private:
         find_missing();
         missing_.clear();
         missing_.add(brick, tile, missing);
+    }
+
+    void list_links_before(const QueryPoint& point, UnitTable& cells) const {
+        // A cell's middle is half a step from its light points along each axis, a seed within a step of P, or
+        // little more.
+        const double reach = static_cast<double>(FloodBox::radius(grid().quality())) + 2.0;
+        const glm::dvec3 normal(point.normal);
+        const auto side_of = [](double place) {
+            return floor_to_int(place / brick_side);
+        };
+        const glm::dvec3 low = point.grid_place - reach;
+        const glm::dvec3 high = point.grid_place + reach;
+        for (int z = side_of(low.z); z <= side_of(high.z); ++z)
+            for (int y = side_of(low.y); y <= side_of(high.y); ++y)
+                for (int x = side_of(low.x); x <= side_of(high.x); ++x) {
+                    const glm::ivec3 coord(x, y, z);
+                    std::uint32_t before = 0;
+                    for (int cell = 0; cell < cells_per_brick; ++cell) {
+                        const glm::dvec3 way =
+                            glm::dvec3(grid_pos_of(coord, 8 * cell)) + 0.5 - point.grid_place;
+                        if (glm::dot(way, way) < reach * reach && glm::dot(normal, way) > -1.5)
+                            before |= 1u << cell;
+                    }
+                    if (const Brick* brick = before != 0 ? mesh_.find_brick(coord) : nullptr)
+                        before &= ~std::uint32_t{load_acquire(brick->links_known)};
+                    if (before != 0)
+                        cells.add({coord, 0}, before);
+                }
     }
 
     /// Equation (3) for all points. Purely: nothing is traced but the shadow rays of points without
