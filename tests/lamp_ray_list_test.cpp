@@ -149,6 +149,19 @@ TEST_CASE("lamp ray lists: few rays a lamp, exact edges, and no closest hits") {
     CHECK(by_lists.snapshot() == plain.snapshot());
 }
 
+TEST_CASE("lamp ray lists: shaft rows are listed as well") {
+    Work work(906);
+    work.settings.shaft_rows = true;
+    const Cache expected = work.cache();
+    expected.fill(work.points);
+    const Cache cache = work.cache();
+    PlainSegments trace{work};
+    fill_by_lists(cache, work.points, trace);
+    CHECK(cache.snapshot() == expected.snapshot());
+    CHECK(cache.statistics().lamp_rays == 0);
+    CHECK(ask(cache, work.points) == ask(expected, work.points));
+}
+
 TEST_CASE("lamp ray lists: after updates, and lists from before them") {
     const Work work(903);
     Cache cache = work.cache();
