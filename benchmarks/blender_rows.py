@@ -11,7 +11,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', 'tests', 'blender'))
 import shadows  # noqa: E402
-from support import SCENE, ball, box, camera, lamp, picture, plane, reset  # noqa: E402
+from support import SCENE, add, ball, box, camera, lamp, picture, plane, reset  # noqa: E402
 
 from light_mesh import core, engine, export  # noqa: E402
 
@@ -63,6 +63,32 @@ def exports():
     row('unchanged again, in a 3-D view, s', min(tell(untouched=untouched) for _ in range(3)), .15, False, beside)
     row('unchanged again, in a film, s', min(tell() for _ in range(3)), .15, False, beside)
     session.close()
+
+
+def resident_megabytes():
+    with open('/proc/self/statm') as file:
+        return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20
+
+
+def instances():
+    """1,000 linked duplicates of a ball: what they take beyond two of them."""
+    reset()
+    camera()
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=.4, segments=100, ring_count=51)
+    first = bpy.context.object
+    found = {}
+    for count in (2, 1000):
+        while len(SCENE.objects) < count + 1:
+            i = len(SCENE.objects)
+            add(f'Ball {i}', first.data, (i % 32, i // 32, 0), (i, 0, 0))
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        before, session, start = resident_megabytes(), core.Session(), time.perf_counter()
+        export.export(session, depsgraph, print)
+        found[count] = time.perf_counter() - start, resident_megabytes() - before
+        triangles = session.statistics().triangles
+        session.close()
+    row('export of 1,000 instances of 10,000 triangles, s', found[1000][0], .6, False,
+        f'{triangles} triangles are drawn; {found[1000][1]:.0f} MB; two of them {found[2][0]:.2f} s, {found[2][1]:.0f} MB')
 
 
 def lamps(shadow):
@@ -138,6 +164,7 @@ def same_error(build, to_reach):
 print('| what | measured | to reach | reached | beside |')
 print('|---|--:|--:|---|---|')
 exports()
+instances()
 films()
 same_error(shadows.rooms, 50)
 same_error(shadows.startup, 50)

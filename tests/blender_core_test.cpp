@@ -551,7 +551,7 @@ TEST_CASE("blender core: instances are drawn as copies are, and take the place o
     places[1] = {0.3, -0.2, 0, 0.9, 0.25, 0.35, 0, 0.2, 0, 0.1, 0.5, 0.6};
     places[2][0] = -0.3;
     const std::array<std::uint8_t, 8> checks{255, 200, 120, 255, 120, 200, 255, 0};
-    const auto tell_balls = [&](LmSession* session, bool shared, float alpha) {
+    const auto tell_balls = [&](LmSession* session, bool shared, float alpha, bool with_floor = true) {
         REQUIRE(lm_begin(session) == 0);
         const std::int32_t image = lm_add_image(session, 2, 1, checks.data(), 0);
         LmMaterial material = matt(0.8f);
@@ -562,7 +562,8 @@ TEST_CASE("blender core: instances are drawn as copies are, and take the place o
         const std::int32_t chequered = lm_add_material(session, &material);
         const std::int32_t ground_mesh = lm_add_mesh(session, 1, &ground);
         const auto origin = at(0, 0, 0);
-        REQUIRE(lm_add_object(session, ground_mesh, origin.data(), &grey, 1) == 0);
+        if (with_floor)
+            REQUIRE(lm_add_object(session, ground_mesh, origin.data(), &grey, 1) == 0);
         for (std::size_t i = 0; i < places.size(); ++i) {
             const std::int32_t number = lm_add_mesh(session, shared ? 2 : 2 + i, &mesh);
             REQUIRE(lm_add_object(session, number, places[i].data(), &chequered, 1) == 0);
@@ -616,6 +617,12 @@ TEST_CASE("blender core: instances are drawn as copies are, and take the place o
         tell_balls(anew.get(), true, alpha);
         CHECK(picture(shared.get(), view) == picture(anew.get(), view));
     }
+    // Also where all there is are instances.
+    const Session copied(lm_new(0));
+    const Session shared(lm_new(0));
+    tell_balls(copied.get(), false, 1.0f, false);
+    tell_balls(shared.get(), true, 1.0f, false);
+    differ(picture(copied.get(), view), picture(shared.get(), view));
 }
 
 TEST_CASE("blender core: a picture that is cancelled ends soon, and another one may follow") {

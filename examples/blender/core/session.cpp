@@ -205,6 +205,7 @@ void Session::place(Scene& scene, const PlacedMesh& object, bool with_uvs) const
         scene.normals.push_back(normal_turn * normal);
     if (with_uvs) {
         std::vector<glm::vec2>& uvs = scene.texture_coordinates[0];
+        uvs.resize(first);
         uvs.insert(uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
         uvs.resize(scene.positions.size());
     }

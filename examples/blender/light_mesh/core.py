@@ -179,10 +179,10 @@ class Session:
         return _checked(_library.lm_add_mesh(self._session, key, c.byref(mesh)))
 
     def add_object(self, mesh, matrix, materials):
-        matrix = np.ascontiguousarray(np.array(matrix, np.float64)[:3])
-        materials = np.array(materials, np.int32)
-        _checked(_library.lm_add_object(self._session, mesh, _address(matrix, np.float64, 4),
-                                        _address(materials, np.int32), len(materials)))
+        # Without arrays of numpy, which take longer to make than to read: a scene may have many instances.
+        rows = (c.c_double * 12)(*matrix[0], *matrix[1], *matrix[2])
+        numbers = (c.c_int32 * len(materials))(*materials)
+        _checked(_library.lm_add_object(self._session, mesh, rows, numbers, len(materials)))
 
     def add_light(self, light):
         _checked(_library.lm_add_light(self._session, c.byref(light)))
