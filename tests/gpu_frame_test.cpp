@@ -84,9 +84,7 @@ void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& sc
     CHECK(close(of_cpu.secondary_rays, of_gpu.secondary_rays));
     const auto mesh = renderer.mesh();
     const auto cache = renderer.cache();
-    CHECK(renderer.filled().rays == (mesh    ? mesh->listed_rays + mesh->listed_link_rays
-                                     : cache ? cache->listed_rays
-                                             : 0));
+    CHECK(renderer.filled().rays == (mesh ? mesh->listed_rays : cache ? cache->listed_rays : 0));
     CHECK((renderer.filled().rays > 0) == (mesh.has_value() || cache.has_value()));
     if (mesh)
         CHECK(mesh->long_rays == 0);

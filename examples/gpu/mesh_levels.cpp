@@ -30,22 +30,6 @@ lightmesh::Settings settings_at(lightmesh::Settings settings, int level) {
     return settings;
 }
 
-/// What add(some points, a list) adds for all points, on all threads.
-template <class List, class Add>
-List list_of(std::span<const lightmesh::SurfacePoint> points, Add&& add) {
-    constexpr std::size_t at_once = 256;
-    return tbb::parallel_deterministic_reduce(
-        tbb::blocked_range<std::size_t>(0, points.size(), at_once), List(),
-        [&](const auto& part, List list) {
-            add(points.subspan(part.begin(), part.size()), list);
-            return list;
-        },
-        [](List list, const List& other) {
-            list.add(other);
-            return list;
-        });
-}
-
 }  // namespace
 
 struct MeshLevels::Level {
@@ -53,13 +37,19 @@ struct MeshLevels::Level {
         : mesh(scene.intersector(), shapes_of_lights(scene.scene()), settings_at(options.settings, level)),
           uploaded(device, mesh.snapshot()) {}
 
-    void fill(std::span<const lightmesh::SurfacePoint> points, LongTests& long_tests, SegmentRays& links,
+    void fill(std::span<const lightmesh::SurfacePoint> points, LongTests& long_tests,
               const std::atomic<bool>* cancel) {
-        mesh.fill_links(
-            list_of<lightmesh::LinkList>(points, [&](auto some, auto& list) { mesh.list_links(some, list); }),
-            [&](auto segments, auto hit) { links(segments, hit, cancel); });
-        const auto missing = list_of<lightmesh::LongTestList>(
-            points, [&](auto some, auto& list) { mesh.list_long_tests(some, list); });
+        constexpr std::size_t at_once = 256;
+        const lightmesh::LongTestList missing = tbb::parallel_deterministic_reduce(
+            tbb::blocked_range<std::size_t>(0, points.size(), at_once), lightmesh::LongTestList(),
+            [&](const auto& part, lightmesh::LongTestList list) {
+                mesh.list_long_tests(points.subspan(part.begin(), part.size()), list);
+                return list;
+            },
+            [](lightmesh::LongTestList list, const lightmesh::LongTestList& other) {
+                list.add(other);
+                return list;
+            });
         long_tests.bind(uploaded.bindings(LongTests::set));
         mesh.fill(missing, [&](auto words, auto seen) { long_tests(words, seen, cancel); });
         uploaded.update(mesh.snapshot());
@@ -71,7 +61,7 @@ struct MeshLevels::Level {
 
 MeshLevels::MeshLevels(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
                        const VisibilityOptions& options)
-    : device_(device), scene_(scene), options_(options), long_tests_(device, copy), links_(device, copy),
+    : device_(device), scene_(scene), options_(options), long_tests_(device, copy),
       levels_(lightmesh::most_mesh_levels), nothing_(device, std::size_t{16}),
       requests_(device, lightmesh::empty_requests(request_capacity)) {}
 
@@ -112,14 +102,8 @@ MeshLevels::Asked MeshLevels::fill(int level, const std::atomic<bool>* cancel) {
     if (sorted == asked_before_)
         return Asked::same_points;
     asked_before_ = std::move(sorted);
-    at(level).fill(asked.points, long_tests_, links_, cancel);
+    at(level).fill(asked.points, long_tests_, cancel);
     return Asked::points;
-}
-
-DeviceFill MeshLevels::spent() const {
-    DeviceFill sum = links_.spent();
-    sum += long_tests_.spent();
-    return sum;
 }
 
 lightmesh::MeshStatistics MeshLevels::statistics() const {

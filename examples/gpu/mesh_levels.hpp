@@ -5,7 +5,6 @@
 #include "gpu/device_fill.hpp"
 #include "gpu/gpu_scene.hpp"
 #include "gpu/long_tests.hpp"
-#include "gpu/segment_rays.hpp"
 #include "render/embree_scene.hpp"
 #include "render/visibility.hpp"
 
@@ -21,7 +20,7 @@
 namespace demo {
 
 /// The levels of a light mesh on a device: each a mesh of its own, of radius 2^k r. As shaders ask for it the
-/// host lists what is missing; shaders trace the long tests and nearly all links.
+/// host lists what is missing and links light points; shaders trace the long tests.
 class MeshLevels {
 public:
     /// Descriptor set where shaders see a level and the request buffer.
@@ -48,7 +47,7 @@ public:
     /// Of all levels, as if they were one mesh.
     lightmesh::MeshStatistics statistics() const;
     /// By shaders.
-    DeviceFill spent() const;
+    const DeviceFill& spent() const { return long_tests_.spent(); }
 
 private:
     struct Level;
@@ -58,7 +57,6 @@ private:
     const EmbreeScene& scene_;
     VisibilityOptions options_;
     LongTests long_tests_;
-    SegmentRays links_;
     std::vector<std::unique_ptr<Level>> levels_;  ///< null: not asked for so far
     ComputeBuffer nothing_;
     ComputeBuffer requests_;

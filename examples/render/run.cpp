@@ -161,9 +161,7 @@ std::string report(const Run& run, const EmbreeScene& scene) {
         table.add_row({"long rays", grouped(run.mesh->long_rays + run.mesh->listed_rays)});
         if (!run.device.empty())
             table.add_row({"  by shaders", grouped(run.mesh->listed_rays)});
-        table.add_row({"link rays", grouped(run.mesh->link_rays + run.mesh->listed_link_rays)});
-        if (!run.device.empty())
-            table.add_row({"  by shaders", grouped(run.mesh->listed_link_rays)});
+        table.add_row({"link rays", grouped(run.mesh->link_rays)});
         table.add_row({"long tests", grouped(run.mesh->long_tests)});
         table.add_row({"light points", grouped(run.mesh->light_points)});
     }

@@ -207,7 +207,8 @@ public:
     }
     /// Lists the links between light points that queries at these points may need and that the mesh lacks,
     /// for a tracer that takes very many at once: nearly all that they will need, and some that they will
-    /// not, behind surfaces. To be filled before `list_long_tests`. Nothing unless the short test is
+    /// not. To be filled before `list_long_tests`. It pays where the mesh's own tracer is slow: fast ones
+    /// take less time for the links than it takes to list them. Nothing unless the short test is
     /// `ShortTest::linked`. Threads and errors as there.
     void list_links(std::span<const SurfacePoint> points, LinkList& list) const {
         Query query(*levels_, nullptr);
