@@ -8,6 +8,7 @@
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/point_rays.hpp>
 #include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/record_brick.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/snapshot_reader.hpp>
 #include <lightmesh/cache_settings.hpp>
@@ -43,16 +44,16 @@ public:
     const Lattice& lattice() const { return reader_.lattice(); }
     const LampTable& lamps() const { return reader_.lamps(); }
 
-    Column column(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
+    Column column(const glm::ivec3& index, const Way& way, int level, Record& spare, RecordBrick*&) const {
         return find(RecordKey(index, RecordKind::fallen, way, level), way, spare);
     }
-    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
+    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare, RecordBrick*&) const {
         return find(RecordKey(index, RecordKind::air, way, level), way, spare);
     }
-    Column shaft(const Column& around, const Way& way, int level, Record& spare) const {
-        return probe(around.key.index(), way, level, spare);
+    Column shaft(const Column& around, const Way& way, int level, Record& spare, RecordBrick*& nearby) const {
+        return probe(around.key.index(), way, level, spare, nearby);
     }
-    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
+    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare, RecordBrick*&) const {
         return find(RecordKey(index, RecordKind::probe, way, level), way, spare);
     }
 

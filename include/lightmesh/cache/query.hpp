@@ -8,6 +8,7 @@
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/lazy_array.hpp>
 #include <lightmesh/cache/point_rays.hpp>
+#include <lightmesh/cache/record_brick.hpp>
 #include <lightmesh/cache/row_table.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/vectors.hpp>
@@ -359,7 +360,7 @@ private:
         cell.way = way;
         bool is_kept = true;
         for (std::size_t k = 0; k < 4; ++k) {
-            cell.columns[k] = store_.column(corners.index(k, way), way, level, spare(cell, k));
+            cell.columns[k] = store_.column(corners.index(k, way), way, level, spare(cell, k), nearby_);
             is_kept &= cell.columns[k].links != nullptr;
         }
         const auto linked = [&](std::size_t from, std::size_t to, int direction) {
@@ -415,8 +416,9 @@ private:
                 add_tap(taps, raw, k, 10 * weight * fits[k]);
             const std::size_t air = CellValues::first_in_air + k;
             if (!cell.has_column[air])
-                set_column(cell, air,
-                           store_.air(cell.corners.index(k, cell.way), cell.way, level, spare(cell, air)));
+                set_column(
+                    cell, air,
+                    store_.air(cell.corners.index(k, cell.way), cell.way, level, spare(cell, air), nearby_));
             add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
@@ -515,7 +517,8 @@ private:
     void place_shaft(CacheCell& cell, std::size_t record, int level) {
         const std::size_t shaft = CellValues::first_shaft + record;
         if (!cell.has_column[shaft])
-            set_column(cell, shaft, store_.shaft(cell.columns[record], cell.way, level, spare(cell, shaft)));
+            set_column(cell, shaft,
+                       store_.shaft(cell.columns[record], cell.way, level, spare(cell, shaft), nearby_));
     }
 
     /// What four records miss between them: see `probe` of the store.
@@ -526,7 +529,7 @@ private:
         glm::ivec3 index = cell.corners.index(0, cell.way);
         index[cell.way.axis] = cell.way.sign > 0.0f ? highest : lowest;
         set_column(cell, CellValues::centre,
-                   store_.probe(index, cell.way, level, spare(cell, CellValues::centre)));
+                   store_.probe(index, cell.way, level, spare(cell, CellValues::centre), nearby_));
     }
 
     static void set_column(CacheCell& cell, std::size_t record, const Column& column) {
@@ -554,7 +557,8 @@ private:
     int first_level_ = Lattice::base_level;
     Blend blend_;
     WeightedWays ways_;
-    std::uint32_t visited_ = 0;  ///< one bit for each level
+    std::uint32_t visited_ = 0;      ///< one bit for each level
+    RecordBrick* nearby_ = nullptr;  ///< the last that was found
     TangentPlane tangent_;
     LazyArray<Visit, Lattice::level_count> visits_;
     LazyArray<CacheCell, 4 * Lattice::level_count> cells_;

@@ -59,7 +59,9 @@ struct RecordKey {
         };
         return {extended(words[0]), extended(words[1]), extended(words[2])};
     }
-    bool operator==(const RecordKey& other) const = default;
+    bool operator==(const RecordKey& other) const {
+        return ((words[0] ^ other.words[0]) | (words[1] ^ other.words[1]) | (words[2] ^ other.words[2])) == 0;
+    }
 
     /// How many steps farther down the lattice point of another key is, of the same column.
     int steps_to(const RecordKey& lower) const {
@@ -112,6 +114,8 @@ struct alignas(8) Record {
     Record(const Record& other) { *this = other; }
     /// For records that nobody else uses meanwhile.
     Record& operator=(const Record& other) {
+        if (this == &other)
+            return *this;
         rows.store(other.rows.load(std::memory_order_relaxed), std::memory_order_relaxed);
         fall = other.fall;
         for (int k = 0; k < 3; ++k)

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -27,10 +28,10 @@ struct alignas(8) RecordGroup {
 
     /// The number of the record that has a tag, or `size`; of tag 0 that of a free one.
     static std::size_t find(std::uint64_t header, std::uint32_t tag) {
-        for (std::size_t i = 0; i < size; ++i)
-            if (tag_of(header, i) == tag)
-                return i;
-        return size;
+        // The lowest byte that is 0 is found without a doubt, and no other is asked for.
+        const std::uint32_t apart = static_cast<std::uint32_t>(header) ^ tag * 0x01010101u;
+        const std::uint32_t zeros = (apart - 0x01010101u) & ~apart & 0x80808080u;
+        return static_cast<std::size_t>(std::countr_zero(zeros)) / 8;
     }
 
     /// Makes a copy of a record found under a tag, in the place of a free one.

@@ -38,13 +38,17 @@ public:
 
     UnitPool& pool() { return pool_; }
 
-    /// The record of a key, or none.
-    RecordPlace find(const RecordKey& key) const {
+    /// The record of a key, or none. `nearby` is a brick in which it is looked for first, or null; then the
+    /// one of the key.
+    RecordPlace find(const RecordKey& key, RecordBrick*& nearby) const {
         const RecordKey brick_key = RecordBrick::key_of(key);
-        const std::uint64_t hash = hash_of(brick_key);
-        const Part& part = parts_[hash >> 58];
-        const std::uint32_t slot = part.table.load(std::memory_order_acquire)->find(pool_, brick_key, hash);
-        return slot == 0 ? RecordPlace() : resolve(find_in(brick_at(slot), key));
+        if (nearby == nullptr || !(nearby->key == brick_key))
+            nearby = find_brick(brick_key);
+        return nearby == nullptr ? RecordPlace() : resolve(find_in(*nearby, key));
+    }
+    RecordPlace find(const RecordKey& key) const {
+        RecordBrick* nearby = nullptr;
+        return find(key, nearby);
     }
 
     /// Adds a copy of a record under its lattice point's key. What another thread has added meanwhile is the
@@ -221,6 +225,13 @@ private:
             tables.erase(tables.begin(), tables.end() - 1);
         }
     };
+
+    RecordBrick* find_brick(const RecordKey& brick_key) const {
+        const std::uint64_t hash = hash_of(brick_key);
+        const Table* table = parts_[hash >> 58].table.load(std::memory_order_acquire);
+        const std::uint32_t slot = table->find(pool_, brick_key, hash);
+        return slot == 0 ? nullptr : &brick_at(slot);
+    }
 
     template <class Visitor>
     void for_each_brick(Visitor&& visit) const {

@@ -76,18 +76,22 @@ public:
         for_each_block([&](const Block& block) {
             if (block.tile() != tile)
                 return;
-            const std::uint64_t known = block.known();
-            row.known |= known;
+            row.known |= block.known();
+            const std::size_t first = block.first();
             if (block.is_octet_of_bits()) {
-                row.octets[block.first()] |= bytes_of(block.head >> open_shift);
-            } else if (block.is_tile_of_bits()) {
+                row.octets[first] |= bytes_of(block.head >> open_shift);
+                return;
+            }
+            if (block.is_tile_of_bits()) {
                 const std::uint64_t open = block.words[2].load(std::memory_order_relaxed);
                 for (std::size_t o = 0; o < 8; ++o)
                     row.octets[o] |= bytes_of(open >> 8 * o & 255u);
-            } else {
-                for (std::size_t o = 0; o < block.count(); ++o)
-                    row.octets[block.first() + o] |= block.octets()[o].load(std::memory_order_relaxed);
+                return;
             }
+            const std::size_t count = block.count();
+            const std::atomic<std::uint64_t>* octets = block.octets();
+            for (std::size_t o = 0; o < count; ++o)
+                row.octets[first + o] |= octets[o].load(std::memory_order_relaxed);
         });
         return row;
     }

@@ -100,13 +100,13 @@ public:
                           std::memory_order_relaxed);
     }
 
-    /// The record that falls from a lattice point.
-    Column column(glm::ivec3 index, const Way& way, int level, Record& spare) const {
+    /// The record that falls from a lattice point. `nearby`, here and below: see `RecordTable::find`.
+    Column column(glm::ivec3 index, const Way& way, int level, Record& spare, RecordBrick*& nearby) const {
         // A record far below belongs to a lattice point nearer to it: then two points of a slope, which start
         // at different heights, share it.
         for (;;) {
             const RecordKey key(index, RecordKind::fallen, way, level);
-            if (const RecordPlace known = table_->find(key))
+            if (const RecordPlace known = table_->find(key, nearby))
                 return stand(known, way);
             const int down = make(spare, index, way, level);
             if (down == 0)
@@ -114,7 +114,7 @@ public:
             index[way.axis] -= down * static_cast<int>(way.sign);
             if (is_full())
                 continue;
-            const Column below = column(index, way, level, spare);
+            const Column below = column(index, way, level, spare, nearby);
             if (below.links != nullptr)
                 table_->add_alias(key, below.key);
             return below;
@@ -122,9 +122,10 @@ public:
     }
 
     /// A record in the air, at a lattice point.
-    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
+    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare,
+               RecordBrick*& nearby) const {
         const RecordKey key(index, RecordKind::air, way, level);
-        if (const RecordPlace known = table_->find(key))
+        if (const RecordPlace known = table_->find(key, nearby))
             return stand(known, way);
         spare = Record();
         return keep(key, spare, way);
@@ -133,9 +134,10 @@ public:
     /// The probe of the cell of four columns whose least indices along u and v are those of `index`, and
     /// whose highest lattice point has that of `index` along the axis. Of blur rows it lies on the surface
     /// below the cell's middle; of lamp rows it stands for places all over the cell.
-    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare) const {
+    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare,
+                 RecordBrick*& nearby) const {
         const RecordKey key(index, RecordKind::probe, way, level);
-        if (const RecordPlace known = table_->find(key))
+        if (const RecordPlace known = table_->find(key, nearby))
             return stand(known, way);
         spare = Record();
         if constexpr (has_mesh) {
@@ -148,9 +150,9 @@ public:
     }
 
     /// The probe around a fallen record, which stands for places a half step to all sides of it.
-    Column shaft(const Column& around, const Way& way, int level, Record& spare) const {
+    Column shaft(const Column& around, const Way& way, int level, Record& spare, RecordBrick*& nearby) const {
         const RecordKey key(around.key.index(), RecordKind::probe, way, level);
-        if (const RecordPlace known = table_->find(key))
+        if (const RecordPlace known = table_->find(key, nearby))
             return stand(known, way);
         spare = Record();
         spare.fall = around.record->fall;

@@ -66,7 +66,12 @@ struct CellCorners {
     std::int32_t v;                     ///< the lesser index along v
     std::array<std::int32_t, 4> along;  ///< the indices along the axis of the way that records fall
 
-    bool operator==(const CellCorners& other) const = default;
+    bool operator==(const CellCorners& other) const {
+        std::int32_t difference = (u ^ other.u) | (v ^ other.v);
+        for (std::size_t k = 0; k < 4; ++k)
+            difference |= along[k] ^ other.along[k];
+        return difference == 0;
+    }
 
     glm::ivec3 index(std::size_t k, const Way& way) const {
         glm::ivec3 index;
