@@ -20,9 +20,9 @@ public:
     std::uint64_t rays(const Points& points) const override {
         std::vector<float> lit(points.size() * mesh_->light_count());
         find(points, lit, nullptr);
-        lightmesh::QueryStatistics spent;
-        find(points, lit, &spent);
-        return spent.short_rays + spent.shadow_rays;
+        lightmesh::QueryStatistics statistics;
+        find(points, lit, &statistics);
+        return statistics.short_rays + statistics.shadow_rays;
     }
 
     std::uint64_t cached_rays() const override {
@@ -35,12 +35,12 @@ public:
     const std::shared_ptr<const Mesh>& mesh() const { return mesh_; }
 
 private:
-    void find(const Points& points, std::span<float> lit, lightmesh::QueryStatistics* spent) const {
+    void find(const Points& points, std::span<float> lit, lightmesh::QueryStatistics* statistics) const {
         if (query_ == Query::tile)
-            return mesh_->visibility(points.positions, points.normals, lit, spent);
+            return mesh_->visibility(points.positions, points.normals, lit, statistics);
         const std::size_t row = mesh_->light_count();
         for (std::size_t i = 0; i < points.size(); ++i)
-            mesh_->visibility(points.positions[i], points.normals[i], lit.subspan(i * row, row), spent);
+            mesh_->visibility(points.positions[i], points.normals[i], lit.subspan(i * row, row), statistics);
     }
 
     std::shared_ptr<const Mesh> mesh_;

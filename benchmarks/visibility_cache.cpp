@@ -112,8 +112,8 @@ public:
         row("MB of a frame", which_.megabytes, 1e-6 * static_cast<double>(held.bytes), 1);
         row("records, thousands", 0.0, 1e-3 * static_cast<double>(held.records), 0);
         row("rays to lamps, millions", 0.0, 1e-6 * static_cast<double>(held.lamp_rays), 2);
-        row("rays for places and links, millions", 0.0,
-            1e-6 * static_cast<double>(held.place_rays + held.link_rays), 2);
+        row("rays for surfaces and links, millions", 0.0,
+            1e-6 * static_cast<double>(held.drop_rays + held.link_rays), 2);
         std::string levels;
         for (const std::size_t records : held.records_of_level)
             if (records > 0)

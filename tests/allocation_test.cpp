@@ -90,8 +90,8 @@ std::size_t allocations_of_a_pass(const auto& mesh, const std::vector<test::Surf
     for (const test::SurfacePoint& p : points) {
         mesh.visibility(p.position, p.normal, std::span<float>{all});
         sum += mesh.visibility(p.position, p.normal, std::size_t{0});
-        lightmesh::QueryStatistics spent;
-        mesh.visibility(p.position, p.normal, std::span<float>{all}, &spent);
+        lightmesh::QueryStatistics statistics;
+        mesh.visibility(p.position, p.normal, std::span<float>{all}, &statistics);
     }
     const std::size_t made = allocations.load() - before;
     CHECK(sum >= 0.0f);

@@ -165,7 +165,7 @@ TEST_CASE("kernels of the cache find the same lights in reach as exact sums do")
         std::uint64_t expected = 0;
         for (std::size_t l = 0; l < size; ++l) {
             const glm::dvec3 at(lamps.at_x[l], lamps.at_y[l], lamps.at_z[l]);
-            const double near = lamps.nearness[l];
+            const double near = lamps.w[l];
             const glm::dvec3 n(normal);
             const glm::dvec3 p(point);
             const double facing =

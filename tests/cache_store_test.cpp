@@ -23,9 +23,9 @@ namespace cache_store_test {
 namespace {
 
 using lightmesh::detail::Record;
+using lightmesh::detail::RecordEntry;
 using lightmesh::detail::RecordKey;
 using lightmesh::detail::RecordKind;
-using lightmesh::detail::RecordPlace;
 using lightmesh::detail::RecordTable;
 using lightmesh::detail::RowBytes;
 using lightmesh::detail::RowList;
@@ -185,28 +185,28 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
             }
             last = key;
             plain[order_of(key)] = i;
-            const RecordPlace place = table.add(key, numbered(i));
-            CHECK(place.key == key);
-            CHECK(place.record->fall == static_cast<float>(i));
+            const RecordEntry entry = table.add(key, numbered(i));
+            CHECK(entry.key == key);
+            CHECK(entry.record->fall == static_cast<float>(i));
             // Once more: what is there stays.
-            CHECK(table.add(key, numbered(-5)).record == place.record);
+            CHECK(table.add(key, numbered(-5)).record == entry.record);
         }
         const auto check_all = [&] {
             std::size_t records = 0;
-            table.for_each_record([&](const RecordPlace& place) {
+            table.for_each_record([&](const RecordEntry& entry) {
                 ++records;
-                const auto known = plain.find(order_of(place.key));
+                const auto known = plain.find(order_of(entry.key));
                 REQUIRE(known != plain.end());
-                CHECK(place.record->fall == static_cast<float>(known->second));
-                CHECK(table.find(place.key).record == place.record);
+                CHECK(entry.record->fall == static_cast<float>(known->second));
+                CHECK(table.find(entry.key).record == entry.record);
             });
             CHECK(records == plain.size());
             std::size_t ways = 0;
-            table.for_each_alias([&](const RecordKey& key, const RecordPlace& place) {
+            table.for_each_alias([&](const RecordKey& key, const RecordEntry& entry) {
                 ++ways;
-                CHECK(aliases.at(order_of(key)) == order_of(place.key));
-                CHECK(table.find(key).record == place.record);
-                CHECK(table.find(key).key == place.key);
+                CHECK(aliases.at(order_of(key)) == order_of(entry.key));
+                CHECK(table.find(key).record == entry.record);
+                CHECK(table.find(key).key == entry.key);
             });
             CHECK(ways == aliases.size());
             std::size_t counted = 0;
@@ -222,8 +222,8 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
             return key.words[2] % 3 != 0;
         };
         const std::size_t forgotten = table.forget(
-            [&](const RecordKey& key, const RecordPlace& place) { return goes(key) || goes(place.key); },
-            [&](const RecordPlace& place) { return goes(place.key); });
+            [&](const RecordKey& key, const RecordEntry& entry) { return goes(key) || goes(entry.key); },
+            [&](const RecordEntry& entry) { return goes(entry.key); });
         const std::size_t before = plain.size();
         const auto key_goes = [](const Order& key) {
             return std::get<2>(key) % 3 != 0;
@@ -233,8 +233,8 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
                       [&](const auto& entry) { return key_goes(entry.first) || key_goes(entry.second); });
         CHECK(forgotten == before - plain.size());
         check_all();
-        table.forget([](const RecordKey&, const RecordPlace&) { return true; },
-                     [](const RecordPlace&) { return true; });
+        table.forget([](const RecordKey&, const RecordEntry&) { return true; },
+                     [](const RecordEntry&) { return true; });
         CHECK(table.bytes() - table.free_bytes() < RecordTable::least_bytes() + 2 * 64 * 4096);
         plain.clear();
         aliases.clear();

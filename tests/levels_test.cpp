@@ -327,10 +327,10 @@ TEST_CASE("levels: many points with mixed footprints have the values of one at a
             const std::vector<float> expected = ask_one_by_one(alone, points);
             const Mesh together = work.mesh();
             std::vector<float> found(expected.size());
-            lightmesh::QueryStatistics spent;
-            together.visibility(points, found, &spent);
+            lightmesh::QueryStatistics statistics;
+            together.visibility(points, found, &statistics);
             CHECK(equal(found, expected));
-            CHECK(spent.points == points.size());
+            CHECK(statistics.points == points.size());
             const Mesh filled = work.mesh();
             filled.fill(points);
             const lightmesh::MeshStatistics held = filled.statistics();

@@ -213,9 +213,9 @@ TEST_CASE("lights are kept as given, but those with a range stand last, neighbou
     CHECK(order.light_at(0) == 7);
     CHECK(order.light_at(1) == 30);
     std::vector<bool> seen(lights.size());
-    for (std::size_t place = 0; place < lights.size(); ++place) {
-        const std::size_t light = order.light_at(place);
-        CHECK(order.place_of(light) == place);
+    for (std::size_t slot = 0; slot < lights.size(); ++slot) {
+        const std::size_t light = order.light_at(slot);
+        CHECK(order.slot_of(light) == slot);
         CHECK_FALSE(seen[light]);
         seen[light] = true;
         if (place >= 2)

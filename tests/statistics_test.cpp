@@ -65,24 +65,24 @@ TEST_CASE("every ray is accounted for, and none changes a value") {
         const auto settings = settings_of(0.8f, 2.0f, short_test);
         const lightmesh::LightMesh mesh{CountingTracer{&scene, &count}, lights, settings};
         const lightmesh::LightMesh unasked{test::PlainTracer{&scene}, lights, settings};
-        QueryStatistics spent;
+        QueryStatistics statistics;
         std::vector<float> all(lights.size());
         std::vector<float> expected(lights.size());
         for (const test::SurfacePoint& p : points) {
-            mesh.visibility(p.position, p.normal, std::span<float>{all}, &spent);
+            mesh.visibility(p.position, p.normal, std::span<float>{all}, &statistics);
             unasked.visibility(p.position, p.normal, std::span<float>{expected});
             CHECK(all == expected);
-            CHECK(mesh.visibility(p.position, p.normal, std::size_t{3}, &spent) == expected[3]);
+            CHECK(mesh.visibility(p.position, p.normal, std::size_t{3}, &statistics) == expected[3]);
         }
         const lightmesh::MeshStatistics held = mesh.statistics();
-        CHECK(spent.points == 2 * points.size());
-        CHECK(count.rays == spent.short_rays + spent.shadow_rays + held.long_rays + held.link_rays);
-        CHECK((spent.short_rays > 0) == (short_test != ShortTest::none));
+        CHECK(statistics.points == 2 * points.size());
+        CHECK(count.rays == statistics.short_rays + statistics.shadow_rays + held.long_rays + held.link_rays);
+        CHECK((statistics.short_rays > 0) == (short_test != ShortTest::none));
         CHECK(held.long_rays > 0);
         CHECK((held.link_rays > 0) == (short_test == ShortTest::linked));
         // One ray to the nearest light point that is seen, of the eight around.
         if (short_test == ShortTest::linked)
-            CHECK(spent.short_rays < 4 * spent.points);
+            CHECK(statistics.short_rays < 4 * statistics.points);
     }
 }
 
@@ -159,12 +159,12 @@ TEST_CASE("a point without neighbours costs one shadow ray for each light that r
     const lightmesh::LightMesh mesh{CountingTracer{&lid, &count}, lights, settings};
     const std::vector<float> expected{0.0f, 0.0f, 0.0f, 0.0f, 1.0f};
 
-    QueryStatistics spent;
+    QueryStatistics statistics;
     std::vector<float> all(lights.size());
-    mesh.visibility({0, 0, 0}, {0, 0, 1}, std::span<float>{all}, &spent);
+    mesh.visibility({0, 0, 0}, {0, 0, 1}, std::span<float>{all}, &statistics);
     CHECK(all == expected);
-    CHECK(spent.empty_points == 1);
-    CHECK(spent.shadow_rays == 3);
+    CHECK(statistics.empty_points == 1);
+    CHECK(statistics.shadow_rays == 3);
 
     for (std::size_t light = 0; light < lights.size(); ++light) {
         QueryStatistics one;

@@ -174,7 +174,7 @@ TEST_CASE("visibility cache: without closest_hit records are found by bisection"
     const Errors errors = errors_of(cache, work.scene, work.lights, work.points);
     CHECK(errors.mean < 0.02);
     CHECK(errors.misses < 0.02);
-    CHECK(cache.statistics().place_rays > 10 * cache.statistics().records);
+    CHECK(cache.statistics().drop_rays > 10 * cache.statistics().records);
 }
 
 TEST_CASE(

@@ -36,7 +36,7 @@ std::string rays_that_stay(const Run& made) {
     if (made.mesh)
         return grouped(made.mesh->long_rays + made.mesh->link_rays);
     if (made.cache)
-        return grouped(made.cache->lamp_rays + made.cache->place_rays + made.cache->link_rays);
+        return grouped(made.cache->lamp_rays + made.cache->drop_rays + made.cache->link_rays);
     return "-";
 }
 

@@ -46,10 +46,10 @@ public:
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const Stopwatch watch;
-        lightmesh::QueryStatistics spent;
-        mesh_.visibility(as_library_points(points), lit, &spent);
-        cost.short_rays += spent.short_rays;
-        cost.shadow_rays += spent.shadow_rays;
+        lightmesh::QueryStatistics statistics;
+        mesh_.visibility(as_library_points(points), lit, &statistics);
+        cost.short_rays += statistics.short_rays;
+        cost.shadow_rays += statistics.shadow_rays;
         cost.seconds += watch.seconds();
     }
 

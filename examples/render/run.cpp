@@ -37,7 +37,7 @@ void add(Run& sum, const RankPart& part) {
     }
     if (sum.cache) {
         sum.cache->lamp_rays += part.cache.lamp_rays;
-        sum.cache->place_rays += part.cache.place_rays;
+        sum.cache->drop_rays += part.cache.drop_rays;
         sum.cache->link_rays += part.cache.link_rays;
     }
 }
@@ -169,7 +169,7 @@ std::string report(const Run& run, const EmbreeScene& scene) {
         table.add_row({"rays to lamps", grouped(run.cache->lamp_rays + run.cache->listed_rays)});
         if (!run.device.empty())
             table.add_row({"  by shaders", grouped(run.cache->listed_rays)});
-        table.add_row({"rays to places and links", grouped(run.cache->place_rays + run.cache->link_rays)});
+        table.add_row({"rays to surfaces and links", grouped(run.cache->drop_rays + run.cache->link_rays)});
         table.add_row({"records", grouped(run.cache->records)});
     }
     table.add_row({run.mesh    ? "memory of the mesh"

@@ -97,7 +97,7 @@ std::uint64_t kept_rays(const Visibility& visibility) {
     if (const auto mesh = visibility.mesh())
         rays += mesh->long_rays + mesh->link_rays;
     if (const auto cache = visibility.cache())
-        rays += cache->lamp_rays + cache->place_rays + cache->link_rays;
+        rays += cache->lamp_rays + cache->drop_rays + cache->link_rays;
     return rays;
 }
 

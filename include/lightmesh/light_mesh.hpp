@@ -108,48 +108,50 @@ public:
     }
 
     /// S_i(P) of equation (3) for one light: how lit the point is, 0 in shadow to 1 lit. Throws
-    /// std::out_of_range for a light that is not there. `spent`, if given, has this query's cost added.
+    /// std::out_of_range for a light that is not there. `statistics`, if given, has this query's cost added.
     float visibility(const glm::vec3& point, const glm::vec3& normal, std::size_t light,
-                     QueryStatistics* spent = nullptr) const {
+                     QueryStatistics* statistics = nullptr) const {
         check_light_exists(light);
-        count_points(spent, 1);
-        return detail::query_one(levels_->finest(), point, normal, light, spent);
+        count_points(statistics, 1);
+        return detail::query_one(levels_->finest(), point, normal, light, statistics);
     }
 
     /// S_i(P) of every light, in one pass over the neighbours: much cheaper than light by light, and the same
     /// values. Throws std::invalid_argument if `all` does not have exactly `light_count()` places.
     void visibility(const glm::vec3& point, const glm::vec3& normal, std::span<float> all,
-                    QueryStatistics* spent = nullptr) const {
-        visibility({&point, 1}, {&normal, 1}, all, spent);
+                    QueryStatistics* statistics = nullptr) const {
+        visibility({&point, 1}, {&normal, 1}, all, statistics);
     }
 
     /// S_i(P) of every light for many points, which share the rays' batches: the same values, faster for
     /// points near to each other (a tile of pixels). `all` is row-major, a row of `light_count()` for each
     /// point. Throws std::invalid_argument unless there are as many normals and rows as points.
     void visibility(std::span<const glm::vec3> points, std::span<const glm::vec3> normals,
-                    std::span<float> all, QueryStatistics* spent = nullptr) const {
+                    std::span<float> all, QueryStatistics* statistics = nullptr) const {
         detail::require_size("normals", normals.size(), points.size());
         detail::require_size("visibilities", all.size(), points.size() * light_count());
-        count_points(spent, points.size());
-        detail::BlockQuery(levels_->finest(), spent).run({points, normals}, all);
+        count_points(statistics, points.size());
+        detail::BlockQuery(levels_->finest(), statistics).run({points, normals}, all);
     }
 
     /// The same for a point that carries more than P and n: of that a light mesh uses the footprint.
-    float visibility(const SurfacePoint& point, std::size_t light, QueryStatistics* spent = nullptr) const {
+    float visibility(const SurfacePoint& point, std::size_t light,
+                     QueryStatistics* statistics = nullptr) const {
         check_light_exists(light);
-        count_points(spent, 1);
-        return detail::query_one(*levels_, point, light, spent);
+        count_points(statistics, 1);
+        return detail::query_one(*levels_, point, light, statistics);
     }
     /// As above.
-    void visibility(const SurfacePoint& point, std::span<float> all, QueryStatistics* spent = nullptr) const {
-        visibility({&point, 1}, all, spent);
+    void visibility(const SurfacePoint& point, std::span<float> all,
+                    QueryStatistics* statistics = nullptr) const {
+        visibility({&point, 1}, all, statistics);
     }
     /// As above. Points of one level share what neighbours share, whatever lies between them in the list.
     void visibility(std::span<const SurfacePoint> points, std::span<float> all,
-                    QueryStatistics* spent = nullptr) const {
+                    QueryStatistics* statistics = nullptr) const {
         detail::require_size("visibilities", all.size(), points.size() * light_count());
-        count_points(spent, points.size());
-        Query query(*levels_, spent);
+        count_points(statistics, points.size());
+        Query query(*levels_, statistics);
         for (std::size_t first = 0; first < points.size(); first += Query::most_points) {
             const std::span<const SurfacePoint> block = block_of(points, first);
             query.run(block, all.subspan(first * light_count(), block.size() * light_count()));
@@ -333,9 +335,9 @@ private:
         return points.subspan(first, (std::min)(Query::most_points, points.size() - first));
     }
 
-    static void count_points(QueryStatistics* spent, std::size_t count) {
-        if (spent != nullptr)
-            spent->points += count;
+    static void count_points(QueryStatistics* statistics, std::size_t count) {
+        if (statistics != nullptr)
+            statistics->points += count;
     }
 
     void check_light_exists(std::size_t light) const {

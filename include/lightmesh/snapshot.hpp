@@ -98,28 +98,28 @@ public:
     /// tests, and find what is not there, each time anew. A snapshot of a mesh with shadow maps or volumes
     /// has the same values only where nothing is missing: long tests here are rays. Throws
     /// std::invalid_argument if the snapshot is of a cache and the tracer has `closest_hit` where the cache's
-    /// had not, or has not where that had. `spent` counts for meshes only.
+    /// had not, or has not where that had. `statistics` counts for meshes only.
     template <class Tracer>
     void visibility(const Tracer& tracer, const glm::vec3& point, const glm::vec3& normal,
-                    std::span<float> all, QueryStatistics* spent = nullptr) const {
-        visibility(tracer, SurfacePoint{.position = point, .normal = normal}, all, spent);
+                    std::span<float> all, QueryStatistics* statistics = nullptr) const {
+        visibility(tracer, SurfacePoint{.position = point, .normal = normal}, all, statistics);
     }
     /// The same for a point that carries more than P and n.
     template <class Tracer>
     void visibility(const Tracer& tracer, const SurfacePoint& at, std::span<float> all,
-                    QueryStatistics* spent = nullptr) const {
+                    QueryStatistics* statistics = nullptr) const {
         static_assert(check_intersector<Tracer>());
         check_size(all);
         if (cache_) {
             query_cache(tracer, at, all);
             return;
         }
-        if (spent != nullptr)
-            ++spent->points;
+        if (statistics != nullptr)
+            ++statistics->points;
         const detail::LevelChoice choice = reader_->rule()(at.footprint);
-        query_level(tracer, choice.level, at, 1.0f, all, spent);
+        query_level(tracer, choice.level, at, 1.0f, all, statistics);
         if (choice.is_between())
-            query_level(tracer, choice.level + 1, at, choice.coarser_share, all, spent);
+            query_level(tracer, choice.level + 1, at, choice.coarser_share, all, statistics);
     }
 
 private:
@@ -136,12 +136,12 @@ private:
     /// The same; what the snapshot lacks is found anew.
     template <class Tracer>
     void query_level(const Tracer& tracer, int k, const SurfacePoint& at, float share, std::span<float> all,
-                     QueryStatistics* spent) const {
+                     QueryStatistics* statistics) const {
         const detail::PointBatch batch{
             .positions = {&at.position, 1}, .normals = {&at.normal, 1}, .shares = {&share, 1}};
         if (const detail::SnapshotLevel* level = reader_->find(k)) {
             try {
-                detail::BlockQuery(detail::FrozenFiller<Tracer>(tracer, level->view()), spent)
+                detail::BlockQuery(detail::FrozenFiller<Tracer>(tracer, level->view()), statistics)
                     .run(batch, all);
                 return;
             } catch (const detail::NotInSnapshot&) {
@@ -151,7 +151,7 @@ private:
         const detail::MeshFiller<Tracer, detail::RayLongTests> fresh(
             tracer, long_tests, reader_->user_lights(), detail::settings_of_level(reader_->settings(), k),
             reader_->grid_of(k));
-        detail::BlockQuery(fresh, spent).run(batch, all);
+        detail::BlockQuery(fresh, statistics).run(batch, all);
     }
 
     static std::size_t count_unknown(std::span<const float> all) {
@@ -179,8 +179,8 @@ private:
 
     template <class Tracer>
     void query_cache(const Tracer& tracer, const SurfacePoint& at, std::span<float> all) const {
-        if (detail::place_kind<Tracer>() != cache_->places())
-            throw std::invalid_argument("lightmesh: one of tracer and snapshot has found places by "
+        if (detail::hit_kind<Tracer>() != cache_->hits())
+            throw std::invalid_argument("lightmesh: one of tracer and snapshot has found surfaces by "
                                         "closest_hit, the other by bisection");
         const detail::FrozenCacheStore<Tracer> store(tracer, *cache_);
         try {

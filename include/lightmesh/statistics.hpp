@@ -69,7 +69,7 @@ struct CacheStatistics {
     std::array<std::size_t, 16> records_of_level{};  ///< [9] has step g; each has half the step of the last
     std::uint64_t lamp_rays = 0;          ///< rays of the Intersector from records, or from points, to lamps
     std::uint64_t listed_rays = 0;        ///< rays of the caller's own tracer from records to lamps
-    std::uint64_t place_rays = 0;         ///< rays that found the records' places
+    std::uint64_t drop_rays = 0;          ///< rays that found the records' places
     std::uint64_t link_rays = 0;          ///< rays between neighbouring lattice points
     std::uint64_t forgotten_records = 0;  ///< that had to do with changes of the scene, over all updates
     std::uint64_t forgotten_values = 0;   ///< shares of lamps that updates have forgotten

@@ -199,7 +199,7 @@ public:
     /// rows is not part of it. May be taken while other threads query. Throws std::bad_alloc.
     std::vector<std::byte> snapshot() const {
         return detail::CacheSnapshotWriter(store_->table())
-            .write(settings(), lights(), detail::place_kind<Tracer>(), row_source());
+            .write(settings(), lights(), detail::hit_kind<Tracer>(), row_source());
     }
 
     /// Adds what a snapshot knows and this cache lacks: of a cache with the same spacing, origin,
@@ -215,7 +215,7 @@ public:
     /// the cache keeps its own. An exclusive call: nothing else may use the cache meanwhile.
     void merge(std::span<const std::byte> bytes, std::span<const Bounds> changed = {}) {
         const detail::CacheReader from(bytes);
-        detail::CacheMerge(*store_, from, detail::place_kind<Tracer>(), row_source(), changed).run();
+        detail::CacheMerge(*store_, from, detail::hit_kind<Tracer>(), row_source(), changed).run();
     }
 
     /// Puts another light in the place of light i: what was found of that is forgotten, and nothing else. One

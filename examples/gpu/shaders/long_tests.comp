@@ -21,7 +21,7 @@ batch;
 struct Word {
     ivec3 brick;
     uint light;
-    uint light_place;
+    uint light_slot;
     uint level;
     uvec2 points;
 };
@@ -74,7 +74,7 @@ void main() {
         Word word = words[i];
         for (uint n = lane; n < size_of(word.points); n += lanes) {
             uint p = place_of(word.points, n);
-            if (lightmesh_sees_light(word.brick, p, word.light_place))
+            if (lightmesh_sees_light(word.brick, p, word.light_slot))
                 atomicOr(found[2u * of_group + (p >> 5)], 1u << (p & 31u));
         }
     }

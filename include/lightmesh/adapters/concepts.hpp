@@ -114,7 +114,7 @@ concept ClosestHitIntersector = Intersector<T> && requires(const T& tracer, cons
 ///     void render_depth(const DepthView& view, std::span<float> distance);
 ///
 /// Sets distance[row * view.resolution + column], row 0 on top, for all view.resolution^2 texels: the
-/// distance from view.eye to the first surface that is seen through the middle of the texel, along the ray
+/// distance from view.eye to the first surface that is seen through the centre of the texel, along the ray
 /// and not along the view's axis; for an orthographic view the distance from the plane through view.eye,
 /// along view.forward. +infinity where nothing is hit. `DepthView` says how a rasteriser or a ray tracer gets
 /// there.

@@ -27,7 +27,7 @@ struct DepthRay {
 /// distance (cleared to 0, compared by "greater"). Everything in the scene counts, whichever side of it is
 /// seen: no culling.
 struct DepthView {
-    /// The light, or for an orthographic view the middle of the plane that distances are measured from.
+    /// The light, or for an orthographic view the centre of the plane that distances are measured from.
     glm::vec3 eye{0.0f};
     /// clip = clip_from_world * vec4(world, 1), column vectors. Built by hand: it does not depend on GLM's
     /// macros.
@@ -41,7 +41,7 @@ struct DepthView {
 
     /// Parallel rays (a directional light) instead of rays through the eye.
     bool orthographic = false;
-    /// From the middle of the picture to its right edge: at distance 1 along `forward`, or anywhere in an
+    /// From the centre of the picture to its right edge: at distance 1 along `forward`, or anywhere in an
     /// orthographic view. World units; perpendicular to `down` and `forward`.
     glm::vec3 right{1.0f, 0.0f, 0.0f};
     /// The same to its lower edge.
@@ -49,7 +49,7 @@ struct DepthView {
     /// Into the picture, of length 1; right, down and forward are right-handed.
     glm::vec3 forward{0.0f, 0.0f, 1.0f};
 
-    /// The point at distance 1 along `forward`, relative to the eye, that lies in the middle of a texel.
+    /// The point at distance 1 along `forward`, relative to the eye, that lies in the centre of a texel.
     /// Column and row may lie outside of the picture.
     glm::vec3 offset(int column, int row) const {
         const float scale = 2.0f / static_cast<float>(resolution);
@@ -58,7 +58,7 @@ struct DepthView {
         return forward + x * right + y * down;
     }
 
-    /// The ray through the middle of a texel. It starts at the eye, or on the plane of the eye; what lies
+    /// The ray through the centre of a texel. It starts at the eye, or on the plane of the eye; what lies
     /// nearer than z_near does not count.
     DepthRay ray(int column, int row) const {
         const glm::vec3 texel = offset(column, row);

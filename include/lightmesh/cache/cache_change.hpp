@@ -28,7 +28,7 @@
 namespace lightmesh::detail {
 
 /// What of a cache may have to do with boxes in which the scene has changed: where records have fallen, the
-/// ways between them, and what they see. For one thread.
+/// segments between them, and what they see. For one thread.
 class CacheChange {
 public:
     CacheChange(const Lattice& lattice, const LampTable& lamps, const RowSource& rows,
@@ -53,7 +53,7 @@ public:
         fall.high = (glm::max)(fall.high, start + slack);
         return meets_any(fall, boxes_);
     }
-    /// Whether ways from a record to its neighbours may be open or closed now.
+    /// Whether segments from a record to its neighbours may be open or closed now.
     bool relinks(const RecordKey& key) const {
         if (is_nothing())
             return false;
@@ -88,24 +88,24 @@ private:
 
     /// The same of all lights, from anywhere near: found once for all that look from there.
     std::uint64_t changed_in_block(const Bounds& from, std::size_t tile) const {
-        const glm::dvec3 place = glm::floor(glm::dvec3(from.low) / static_cast<double>(block_side_));
+        const glm::dvec3 block = glm::floor(glm::dvec3(from.low) / static_cast<double>(block_side_));
         constexpr double farthest = 1 << 20;
         if (largest_component(from.high - from.low) > block_side_ ||
-            !(std::abs(place.x) < farthest && std::abs(place.y) < farthest && std::abs(place.z) < farthest))
+            !(std::abs(block.x) < farthest && std::abs(block.y) < farthest && std::abs(block.z) < farthest))
             return ~std::uint64_t{0};
         const auto bits = [](double coordinate) {
             return static_cast<std::uint64_t>(coordinate + farthest);
         };
-        const std::uint64_t key = bits(place.x) | bits(place.y) << 21 | bits(place.z) << 42;
+        const std::uint64_t key = bits(block.x) | bits(block.y) << 21 | bits(block.z) << 42;
         std::vector<std::uint64_t>& tiles = blocks_[key];
         if (tiles.empty()) {
-            const glm::vec3 low(place * static_cast<double>(block_side_));
+            const glm::vec3 low(block * static_cast<double>(block_side_));
             // With a little more to all sides, for the rounding of the corner.
-            const Bounds block = widened({low, low + 2.0f * block_side_}, 0.01f * block_side_);
+            const Bounds widest = widened({low, low + 2.0f * block_side_}, 0.01f * block_side_);
             tiles.resize(lamps_.tile_count());
             for (std::size_t t = 0; t < tiles.size(); ++t) {
                 const std::size_t size = lamps_.tile_size(t);
-                tiles[t] = changed_from(block, t, ~std::uint64_t{0} >> (lamps_per_tile - size));
+                tiles[t] = changed_from(widest, t, ~std::uint64_t{0} >> (lamps_per_tile - size));
             }
         }
         return tiles[tile];
@@ -117,14 +117,14 @@ private:
 
     /// What a record's place depends on: the way that it fell, or found nothing on.
     Bounds fall_of(const RecordKey& key, const Record& record) const {
-        const Way way = key.way();
+        const Facing facing = key.facing();
         const auto step = static_cast<float>(lattice_.step(key.level()));
         const bool in_air = !key.is_probe() && key.what() >= static_cast<std::uint32_t>(RecordKind::air);
-        glm::vec3 start = key.is_probe() ? probe_start(lattice_, key.index(), way, key.level())
+        glm::vec3 start = key.is_probe() ? probe_start(lattice_, key.index(), facing, key.level())
                                          : lattice_.position(key.index(), key.level());
         if (key.is_probe() && lattice_.has_shaft_rows(key.level())) {
             // Rays start up to a step higher or lower, and three eighths of one to the sides.
-            const glm::vec3 up = 1.1f * step * way.up();
+            const glm::vec3 up = 1.1f * step * facing.up();
             const glm::vec3 end = start - 4.7f * up;
             return widened({(glm::min)(start + up, end), (glm::max)(start + up, end)},
                            0.4f * step + slack_of(key) + greatest_offset(start));
@@ -133,7 +133,7 @@ private:
         const float length = in_air                   ? 0.0f
                              : record.is_on_surface() ? record.fall + 0.13f * step
                                                       : (key.is_probe() ? 4.0f : 2.5f) * step;
-        const glm::vec3 end = start - length * way.up();
+        const glm::vec3 end = start - length * facing.up();
         // A probe's rays start a quarter of a step to its sides.
         const float aside = key.is_probe() ? 0.3f * step : 0.0f;
         return widened({(glm::min)(start, end), (glm::max)(start, end)},
@@ -144,15 +144,15 @@ private:
     Bounds eye_of(const RecordKey& key, const Record& record) const {
         if (key.is_probe() && rows_.is_mesh == 0)
             return fall_of(key, record);
-        const glm::vec3 place = column_of(lattice_, key, record, key.way(), false).place;
+        const glm::vec3 position = column_of(lattice_, key, record, key.facing(), false).position;
         // A mesh's values depend on light points within its radius, on others of their bricks, and on links
         // between them.
         const float reach = rows_.is_mesh != 0 ? rows_.radius * (1.0f + 4.0f / rows_.quality) : slack_of(key);
-        return widened({place, place}, reach + greatest_offset(place));
+        return widened({position, position}, reach + greatest_offset(position));
     }
 
     /// How far off a surface rays start there, and more: see `off_surface`.
-    static float greatest_offset(const glm::vec3& place) { return 0x1p-18f * largest_component(place); }
+    static float greatest_offset(const glm::vec3& position) { return 0x1p-18f * largest_component(position); }
 
     /// Texels of a shadow map show what lies beyond a point, too, and to its sides; how a directional light
     /// looks at shadow volumes depends on where all triangles are.

@@ -25,14 +25,14 @@ namespace lightmesh::detail {
 /// may take for granted there.
 struct CacheCell {
     CellCorners corners;
-    Way way;
+    Facing facing;
     bool is_made = false;
     bool is_flat;
     bool all_linked;
     std::array<bool, 4> links;  ///< 0-1, 2-3 along u; 0-2, 1-3 along v
     std::array<bool, CellValues::record_count> has_column;
     glm::vec3 normal;        ///< of a flat cell
-    glm::vec3 place;         ///< a record of a flat cell
+    glm::vec3 position;      ///< a record of a flat cell
     float slack;             ///< how far from its plane points may lie, world units
     std::uint64_t compared;  ///< the lights of the values' tile that are known in all rows, and compared
     std::uint64_t uniform;   ///< those of them that are the same in all rows
@@ -45,13 +45,13 @@ struct CacheCell {
         has_column = {true, true, true, true};
         begin(CellValues::no_tile);
         normal = columns[0].normal;
-        place = columns[0].place;
+        position = columns[0].position;
         float farthest = 0.0f;
         is_flat = all_linked;
         for (std::size_t k = 0; k < 4; ++k) {
             const Column& column = columns[k];
             is_flat &= column.record->is_on_surface() && is_same(column.normal, normal);
-            farthest = (std::max)(farthest, std::abs(glm::dot(normal, column.place - place)));
+            farthest = (std::max)(farthest, std::abs(glm::dot(normal, column.position - position)));
         }
         slack = 0.002f * static_cast<float>(step) - farthest;
     }
@@ -66,7 +66,8 @@ struct CacheCell {
     /// Whether all four records fit a point wholly, and nothing lies between: then `fit_of` need not be
     /// asked, which would say so.
     bool fits(const glm::vec3& point, const glm::vec3& unit_normal) const {
-        return is_flat && is_same(unit_normal, normal) && std::abs(glm::dot(normal, point - place)) < slack;
+        return is_flat && is_same(unit_normal, normal) &&
+               std::abs(glm::dot(normal, point - position)) < slack;
     }
 
     /// The lights that have the same value in all four rows, and no probe that contradicts, as far as they

@@ -16,35 +16,36 @@ struct Column {
     const Record* record = nullptr;
     std::atomic<std::uint16_t>* links = nullptr;  ///< null: not kept
     RecordKey key;                                ///< of the record's own lattice point
-    glm::vec3 place{0.0f};
+    glm::vec3 position{0.0f};
     glm::vec3 normal{0.0f};  ///< zero: there is no surface
 };
 
 /// Where the middle of what a probe stands for falls from: of a cell, of which `index` has the least indices
 /// along u and v; or, of a shaft row, the record's own lattice point.
-inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, const Way& way, int level) {
+inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, const Facing& facing,
+                             int level) {
     glm::vec3 start = lattice.position(index, level);
     if (lattice.has_shaft_rows(level))
         return start;
     const auto half = static_cast<float>(0.5 * lattice.step(level));
-    start[way.u()] += half;
-    start[way.v()] += half;
+    start[facing.u()] += half;
+    start[facing.v()] += half;
     return start;
 }
 
 /// A record, put where its key and its fall say.
-inline Column column_of(const Lattice& lattice, const RecordKey& key, const Record& record, const Way& way,
-                        bool is_kept) {
+inline Column column_of(const Lattice& lattice, const RecordKey& key, const Record& record,
+                        const Facing& facing, bool is_kept) {
     const int level = key.level();
     Column column;
     column.record = &record;
     if (is_kept)
         column.links = &const_cast<Record&>(record).links;
     column.key = key;
-    column.place =
-        key.is_probe() ? probe_start(lattice, key.index(), way, level) : lattice.position(key.index(), level);
+    column.position = key.is_probe() ? probe_start(lattice, key.index(), facing, level)
+                                     : lattice.position(key.index(), level);
     if (record.is_on_surface()) {
-        column.place -= record.fall * way.up();
+        column.position -= record.fall * facing.up();
         column.normal = record.unit_normal();
     }
     return column;

@@ -42,13 +42,13 @@ std::optional<float> bisect_fall(const Tracer& tracer, const glm::vec3& start, c
 
 /// How far it is to the first surface from a point inside a solid, and the unit normal there, outwards; zero
 /// where the adapter does not tell.
-struct WayOut {
+struct SolidExit {
     double distance;
     glm::dvec3 normal;
 };
 
 template <Intersector Tracer>
-std::optional<WayOut> find_way_out(const Tracer& tracer, const glm::vec3& start, const glm::dvec3& direction,
+std::optional<SolidExit> find_exit(const Tracer& tracer, const glm::vec3& start, const glm::dvec3& direction,
                                    double length, std::uint64_t& rays) {
     if constexpr (ClosestHitIntersector<Tracer>) {
         ++rays;
@@ -56,22 +56,22 @@ std::optional<WayOut> find_way_out(const Tracer& tracer, const glm::vec3& start,
         if (!hit || !std::isfinite(hit->distance))
             return std::nullopt;
         const glm::dvec3 normal(is_finite(hit->normal) ? unit_or_zero(hit->normal) : glm::vec3(0.0f));
-        return WayOut{static_cast<double>(hit->distance),
-                      glm::dot(normal, direction) < 0.0 ? -normal : normal};
+        return SolidExit{static_cast<double>(hit->distance),
+                         glm::dot(normal, direction) < 0.0 ? -normal : normal};
     } else {
         const auto distance =
             bisect_fall(tracer, start, glm::vec3(direction), static_cast<float>(length), rays);
         if (!distance)
             return std::nullopt;
-        return WayOut{static_cast<double>(*distance), glm::dvec3(0.0)};
+        return SolidExit{static_cast<double>(*distance), glm::dvec3(0.0)};
     }
 }
 
 /// The first surface below a point, within `length`.
 template <Intersector Tracer>
-std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& start, const Way& way,
+std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& start, const Facing& facing,
                                          float length, float step, std::uint64_t& rays) {
-    const glm::vec3 up = way.up();
+    const glm::vec3 up = facing.up();
     if constexpr (ClosestHitIntersector<Tracer>) {
         ++rays;
         const std::optional<Hit> hit = tracer.closest_hit({start, start - length * up});
@@ -89,7 +89,7 @@ std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& 
         // Slopes from places beside it, on the side where the surface goes on.
         const float beside = 0.125f * step;
         glm::vec3 normal = up;
-        for (const int axis : {way.u(), way.v()}) {
+        for (const int axis : {facing.u(), facing.v()}) {
             for (const float side : {1.0f, -1.0f}) {
                 glm::vec3 there = start;
                 there[axis] += side * beside;

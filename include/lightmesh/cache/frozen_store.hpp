@@ -44,23 +44,27 @@ public:
     const Lattice& lattice() const { return reader_.lattice(); }
     const LampTable& lamps() const { return reader_.lamps(); }
 
-    Column column(const glm::ivec3& index, const Way& way, int level, Record& spare, RecordBrick*&) const {
-        return find(RecordKey(index, RecordKind::fallen, way, level), way, spare);
+    Column column(const glm::ivec3& index, const Facing& facing, int level, Record& spare,
+                  RecordBrick*&) const {
+        return find(RecordKey(index, RecordKind::fallen, facing, level), facing, spare);
     }
-    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare, RecordBrick*&) const {
-        return find(RecordKey(index, RecordKind::air, way, level), way, spare);
+    Column air(const glm::ivec3& index, const Facing& facing, int level, Record& spare, RecordBrick*&) const {
+        return find(RecordKey(index, RecordKind::air, facing, level), facing, spare);
     }
-    Column shaft(const Column& around, const Way& way, int level, Record& spare, RecordBrick*& nearby) const {
-        return probe(around.key.index(), way, level, spare, nearby);
+    Column shaft(const Column& around, const Facing& facing, int level, Record& spare,
+                 RecordBrick*& nearby) const {
+        return probe(around.key.index(), facing, level, spare, nearby);
     }
-    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare, RecordBrick*&) const {
-        return find(RecordKey(index, RecordKind::probe, way, level), way, spare);
+    Column probe(const glm::ivec3& index, const Facing& facing, int level, Record& spare,
+                 RecordBrick*&) const {
+        return find(RecordKey(index, RecordKind::probe, facing, level), facing, spare);
     }
 
-    bool is_linked(const Column& from, const Column& to, int direction, const Way& way, int level) const {
+    bool is_linked(const Column& from, const Column& to, int direction, const Facing& facing,
+                   int level) const {
         const glm::ivec3 start = from.key.index();
         const glm::ivec3 end = to.key.index();
-        const int rise = end[way.axis] - start[way.axis];
+        const int rise = end[facing.axis] - start[facing.axis];
         if (rise < -1 || rise > 1)
             return false;
         const int bit = link_bit(direction, rise);
@@ -93,14 +97,14 @@ public:
 
 private:
     /// A copy of a record, whose `rows` is its number in the snapshot.
-    Column find(const RecordKey& key, const Way& way, Record& spare) const {
+    Column find(const RecordKey& key, const Facing& facing, Record& spare) const {
         const StoredRecord* stored = reader_.find(key);
         if (stored == nullptr)
             throw NotInCacheSnapshot();
         CacheReader::copy(*stored, spare);
         spare.rows.store(static_cast<std::uint32_t>(stored - reader_.records().data()),
                          std::memory_order_relaxed);
-        return column_of(lattice(), stored->key, spare, way, true);
+        return column_of(lattice(), stored->key, spare, facing, true);
     }
 
     const Tracer& tracer_;

@@ -66,19 +66,20 @@ public:
     /// distance 1.
     double extent() const { return is_rectangle_ ? glm::length(half_u_) + glm::length(half_v_) : size_; }
 
-    /// The way, of length 1, from a point to the part of the lamp that is lowest over the plane through the
-    /// point; and how long it is.
-    struct LowWay {
+    /// The direction, of length 1, from a point to the part of the lamp that is lowest over the plane through
+    /// the point; and how long it is.
+    struct LowestPart {
         glm::dvec3 direction;
         double length;
     };
-    LowWay low_way(const glm::vec3& point, const glm::vec3& unit_normal, double reach) const {
+    LowestPart lowest_part(const glm::vec3& point, const glm::vec3& unit_normal, double reach) const {
         const glm::dvec3 n(unit_normal);
-        glm::dvec3 way =
+        glm::dvec3 direction =
             shape_.is_directional ? glm::dvec3(shape_.at) : glm::dvec3(shape_.at) - glm::dvec3(point);
-        way -= extent_along(n) * n;
-        const double length = glm::length(way);
-        return {length > 0.0 ? way / length : n, shape_.is_directional ? reach : (std::min)(length, reach)};
+        direction -= extent_along(n) * n;
+        const double length = glm::length(direction);
+        return {length > 0.0 ? direction / length : n,
+                shape_.is_directional ? reach : (std::min)(length, reach)};
     }
 
     /// The lamp as seen from one point: where rays go.
@@ -127,8 +128,8 @@ public:
         Segment middle_ray() const { return to(middle_); }
 
     private:
-        Segment to(const glm::dvec3& way) const {
-            return {origin_, glm::vec3(glm::dvec3(origin_) + share_ * way)};
+        Segment to(const glm::dvec3& offset) const {
+            return {origin_, glm::vec3(glm::dvec3(origin_) + share_ * offset)};
         }
 
         /// Beyond the points of the disc come the same again, turned by a sixteenth of a turn each time.

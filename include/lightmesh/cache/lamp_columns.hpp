@@ -11,10 +11,10 @@
 
 namespace lightmesh::detail {
 
-/// The centres of a tile of lights, coordinate by coordinate. The way from P to a light is
-/// `at - nearness * P`: nearness is 1, or 0 for a directional light, whose `at` is the way itself.
+/// The centres of a tile of lights, coordinate by coordinate. The direction from P to a light is
+/// `at - w * P`: w is 1, or 0 for a directional light, whose `at` is the direction itself.
 struct LampColumns {
-    std::array<double, lamps_per_tile> at_x{}, at_y{}, at_z{}, nearness{}, range_squared{}, extent{};
+    std::array<double, lamps_per_tile> at_x{}, at_y{}, at_z{}, w{}, range_squared{}, extent{};
     bool has_ranges = false;
 
     void set(std::size_t l, const Lamp& lamp) {
@@ -23,7 +23,7 @@ struct LampColumns {
         at_x[l] = static_cast<double>(shape.at.x);
         at_y[l] = static_cast<double>(shape.at.y);
         at_z[l] = static_cast<double>(shape.at.z);
-        nearness[l] = shape.is_directional ? 0.0 : 1.0;
+        w[l] = shape.is_directional ? 0.0 : 1.0;
         const auto range = static_cast<double>(shape.range);
         range_squared[l] = shape.reaches_nothing() ? -1.0 : range * range;
         has_ranges |= shape.range < std::numeric_limits<float>::infinity();

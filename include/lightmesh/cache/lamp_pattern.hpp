@@ -75,7 +75,7 @@ inline glm::dvec2 square_point(std::uint32_t i, std::uint32_t bits) {
     return {(x + 0.5) / 32768.0 - 1.0, (y + 0.5) / 32768.0 - 1.0};
 }
 
-/// Eight points around the square [-1, 1]^2: middles of its sides, and corners between them. Rims lie a
+/// Eight points around the square [-1, 1]^2: centres of its sides, and corners between them. Rims lie a
 /// little within.
 inline constexpr std::array<std::array<int, 2>, 8> around_square{
     {{{1, 0}}, {{1, 1}}, {{0, 1}}, {{-1, 1}}, {{-1, 0}}, {{-1, -1}}, {{0, -1}}, {{1, -1}}}};

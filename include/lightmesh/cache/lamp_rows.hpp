@@ -22,7 +22,7 @@ namespace lightmesh::detail {
 
 /// From where a row looks.
 struct RowOrigin {
-    glm::vec3 place;        ///< off the surface already
+    glm::vec3 position;     ///< off the surface already
     glm::vec3 unit_normal;  ///< 0: in the air
     std::uint64_t seed;     ///< of the patterns
     double step;            ///< of the lattice
@@ -108,7 +108,7 @@ public:
         for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
             const Lamp& lamp = lamp_of(l);
-            if (lamp.is_below(origin.place, origin.unit_normal))
+            if (lamp.is_below(origin.position, origin.unit_normal))
                 continue;
             const Lamp::View view = view_of(lamp, origin);
             add(static_cast<std::uint8_t>(l), lamp.is_point() ? view.middle_ray() : view.ray(i));
@@ -143,7 +143,7 @@ private:
     const Lamp& lamp_of(std::size_t l) const { return lamps_->lamp(tile_ * lamps_per_tile + l); }
 
     static Lamp::View view_of(const Lamp& lamp, const RowOrigin& origin) {
-        return Lamp::View(lamp, origin.place, static_cast<std::uint32_t>(origin.seed >> 32), origin.step,
+        return Lamp::View(lamp, origin.position, static_cast<std::uint32_t>(origin.seed >> 32), origin.step,
                           origin.reach);
     }
 
@@ -162,7 +162,7 @@ private:
     template <class Add>
     void list_rays(std::size_t l, Add&& add) const {
         const Lamp& lamp = lamp_of(l);
-        if (lamp.is_below(origin_.place, origin_.unit_normal))
+        if (lamp.is_below(origin_.position, origin_.unit_normal))
             return;
         const Lamp::View view = view_of(lamp, origin_);
         const auto ray = static_cast<std::uint8_t>(l);

@@ -101,15 +101,15 @@ private:
 
         std::uint64_t grazing(std::size_t size, const glm::vec3& point, const glm::vec3& normal,
                               float sine_squared) const {
-            const auto& [at_x, at_y, at_z, nearness, range_squared, extent, has_ranges] = columns;
+            const auto& [at_x, at_y, at_z, w, range_squared, extent, has_ranges] = columns;
             const glm::dvec3 n(normal);
             const glm::dvec3 p(point);
             std::uint64_t mask = 0;
             for (std::size_t i = 0; i < size; ++i) {
                 // Rounded to float, so that products are exact.
-                const auto x = static_cast<double>(static_cast<float>(at_x[i] - nearness[i] * p.x));
-                const auto y = static_cast<double>(static_cast<float>(at_y[i] - nearness[i] * p.y));
-                const auto z = static_cast<double>(static_cast<float>(at_z[i] - nearness[i] * p.z));
+                const auto x = static_cast<double>(static_cast<float>(at_x[i] - w[i] * p.x));
+                const auto y = static_cast<double>(static_cast<float>(at_y[i] - w[i] * p.y));
+                const auto z = static_cast<double>(static_cast<float>(at_z[i] - w[i] * p.z));
                 const auto height =
                     static_cast<double>(static_cast<float>(n.x * x + n.y * y + n.z * z - extent[i]));
                 const auto squared = static_cast<double>(static_cast<float>(x * x + y * y + z * z));

@@ -65,19 +65,20 @@ public:
         const auto l = static_cast<std::size_t>(level);
         return glm::vec3(origin_[l] + step_[l] * glm::dvec3(index));
     }
-    /// The place of a point in steps from the origin.
+    /// The position of a point in steps from the origin.
     glm::dvec3 locate(const glm::vec3& point, int level) const {
         const auto l = static_cast<std::size_t>(level);
-        const glm::dvec3 way = glm::dvec3(point) - origin_[l];
-        return {rounded(way.x * per_step_[l]), rounded(way.y * per_step_[l]), rounded(way.z * per_step_[l])};
+        const glm::dvec3 offset = glm::dvec3(point) - origin_[l];
+        return {rounded(offset.x * per_step_[l]), rounded(offset.y * per_step_[l]),
+                rounded(offset.z * per_step_[l])};
     }
 
     /// Throws std::out_of_range that names the point if lattice points around it have no index.
     void check_inside(const glm::vec3& point) const {
         const auto l = static_cast<std::size_t>(finest_);
-        const glm::dvec3 way = glm::dvec3(point) - origin_[l];
+        const glm::dvec3 offset = glm::dvec3(point) - origin_[l];
         const double limit = step_[l] * (max_index - 64.0);
-        if (!(std::abs(way.x) < limit && std::abs(way.y) < limit && std::abs(way.z) < limit))
+        if (!(std::abs(offset.x) < limit && std::abs(offset.y) < limit && std::abs(offset.z) < limit))
             throw_outside(point);
     }
 

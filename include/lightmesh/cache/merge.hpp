@@ -33,12 +33,12 @@ namespace lightmesh::detail {
 template <class Store>
 class CacheMerge {
 public:
-    CacheMerge(const Store& store, const CacheReader& from, PlaceKind places, const RowSource& row_source,
+    CacheMerge(const Store& store, const CacheReader& from, HitKind hits, const RowSource& row_source,
                std::span<const Bounds> changed)
         : store_(store), from_(from), row_source_(row_source),
           change_(store.lattice(), store.lamps(), row_source, changed) {
         check_changed(changed);
-        check_same_cache(places);
+        check_same_cache(hits);
         const auto mine = store.user_lights();
         const auto theirs = from.user_lights();
         same_.resize(store.lamps().tile_count());
@@ -60,7 +60,7 @@ public:
     }
 
 private:
-    void check_same_cache(PlaceKind places) const {
+    void check_same_cache(HitKind hits) const {
         const CacheSettings& mine = store_.settings();
         const CacheSettings& theirs = from_.settings();
         const auto refuse = [](const std::string& what) {
@@ -75,8 +75,8 @@ private:
                    std::to_string(mine.lamp_rays));
         if (mine.shaft_rows != theirs.shaft_rows)
             refuse("one of the two has shaft_rows, the other has none");
-        if (places != from_.places())
-            refuse("one of the two has found places by closest_hit, the other by bisection");
+        if (hits != from_.hits())
+            refuse("one of the two has found surfaces by closest_hit, the other by bisection");
         if (row_source_ != from_.row_source())
             refuse("its values come from lamps or a mesh with other settings");
     }
@@ -124,9 +124,9 @@ private:
         if (change_.moves(stored.key, made))
             return;
         made.links.store(0, std::memory_order_relaxed);
-        const RecordPlace place = store_.table().add(stored.key, made);
-        store_.mark_used(*place.brick);
-        Record& own = *place.record;
+        const RecordEntry entry = store_.table().add(stored.key, made);
+        store_.mark_used(*entry.brick);
+        Record& own = *entry.record;
         if (!is_same(own, stored))
             return;
         if (!change_.relinks(stored.key))
@@ -150,7 +150,7 @@ private:
         CacheReader::copy(target, made);
         if (change_.moves(alias.key, target.key, made))
             return;
-        if (const RecordPlace own = store_.table().find(target.key))
+        if (const RecordEntry own = store_.table().find(target.key))
             store_.table().add_alias(alias.key, own.key);
     }
 

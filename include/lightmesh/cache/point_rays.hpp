@@ -23,8 +23,9 @@
 namespace lightmesh::detail {
 
 /// A place moved off its surface: by some roundings of its coordinates and 2^-14 steps.
-inline glm::vec3 off_surface(const glm::vec3& place, const glm::vec3& unit_normal, double step) {
-    return place + (largest_component(place) * 0x1p-20f + static_cast<float>(step * 0x1p-14)) * unit_normal;
+inline glm::vec3 off_surface(const glm::vec3& position, const glm::vec3& unit_normal, double step) {
+    return position +
+           (largest_component(position) * 0x1p-20f + static_cast<float>(step * 0x1p-14)) * unit_normal;
 }
 
 /// The greatest length of a ray, as far as segments to the sky go.
@@ -60,7 +61,7 @@ public:
     }
 
     std::uint64_t lamp_rays() const { return lamp_rays_; }
-    std::uint64_t place_rays() const { return place_rays_; }
+    std::uint64_t drop_rays() const { return drop_rays_; }
 
 private:
     void find_from(const glm::vec3& start, const glm::vec3& unit_normal, const glm::vec3& point,
@@ -87,27 +88,27 @@ private:
     glm::vec3 lifted(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
                      const Lamp& lamp) {
         const glm::vec3 start = off_surface(point, unit_normal, step_);
-        const Lamp::LowWay way = lamp.low_way(point, unit_normal, reach_);
-        const double sine = -glm::dot(glm::dvec3(unit_normal), way.direction);
+        const Lamp::LowestPart lowest = lamp.lowest_part(point, unit_normal, reach_);
+        const double sine = -glm::dot(glm::dvec3(unit_normal), lowest.direction);
         if (sine <= 0.0)
             return start;
-        const auto out = find_way_out(tracer_, off_surface(point, -unit_normal, step_), way.direction,
-                                      way.length, place_rays_);
+        const auto out = find_exit(tracer_, off_surface(point, -unit_normal, step_), lowest.direction,
+                                   lowest.length, drop_rays_);
         if (!out)
             return start;
         // A ray is before the facet's plane at first, and from some place on before the plane where the way
         // leaves. The lift is one at which the second begins before the first ends.
         const glm::dvec3 lift(smooth_normal);
         const double rise = glm::dot(glm::dvec3(unit_normal), lift) / sine;
-        const double sine_out = glm::dot(out->normal, way.direction);
+        const double sine_out = glm::dot(out->normal, lowest.direction);
         const double rise_out = glm::dot(out->normal, lift);
         const double both = rise + (rise_out > 0.0 ? rise_out / (std::max)(sine_out, 1e-3) : 0.0);
         // Seen from higher up, a lamp nearby lies lower.
-        const double nearness = (std::max)(1.0 - out->distance / way.length, 0.1);
+        const double inside = (std::max)(1.0 - out->distance / lowest.length, 0.1);
         const glm::vec3 end = start +
-                              static_cast<float>(1.02 * out->distance / (both * nearness)) * smooth_normal +
+                              static_cast<float>(1.02 * out->distance / (both * inside)) * smooth_normal +
                               (start - point);
-        ++place_rays_;
+        ++drop_rays_;
         return tracer_.occluded({start, end}) ? start : end;
     }
 
@@ -117,7 +118,7 @@ private:
     double reach_;
     RayPlan plan_;
     std::uint64_t lamp_rays_ = 0;
-    std::uint64_t place_rays_ = 0;
+    std::uint64_t drop_rays_ = 0;
 };
 
 }  // namespace lightmesh::detail

@@ -85,7 +85,7 @@ public:
 private:
     /// A level's cell about the point, and what it says.
     struct Visit {
-        CellPlace place;
+        CellStencil stencil;
         CacheCell* cell;
         bool is_flat;   ///< whether all four records fit the point without further questions
         bool has_taps;  ///< whether it is known which records serve the point
@@ -102,7 +102,7 @@ private:
             given_normal_ = point.normal;
             has_normal_ = true;
             normal_ = unit(point.normal);
-            ways_ = is_zero(normal_) ? WeightedWays{} : ways_of(normal_);
+            facings_ = is_zero(normal_) ? WeightedFacings{} : facings_of(normal_);
             has_tangent_ = false;
         }
         footprint_ = point.footprint > 0.0f ? static_cast<double>(point.footprint) : 0.0;
@@ -146,10 +146,10 @@ private:
             kernels_.write_blend(blend_, lit);
             return;
         }
-        if (ways_.count == 1) {
+        if (facings_.count == 1) {
             if (smooth_lights_ == 0 && find_uniform(tile, lights, lit))
                 return;
-            find_along(ways_.ways[0], tile, lights);
+            find_along(facings_.all[0], tile, lights);
             kernels_.write_blend(blend_, lit);
         } else {
             find_along_all(tile, lights, lit);
@@ -168,11 +168,11 @@ private:
     /// Blends what is found along several ways.
     void find_along_all(std::size_t tile, std::uint64_t lights, std::span<float> lit) {
         std::array<std::uint64_t, lamps_per_tile> sums{};
-        for (std::size_t i = 0; i < static_cast<std::size_t>(ways_.count); ++i) {
-            find_along(ways_.ways[i], tile, lights);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(facings_.count); ++i) {
+            find_along(facings_.all[i], tile, lights);
             for (std::size_t l = 0; l < lit.size(); ++l)
                 sums[l] += static_cast<std::uint64_t>(blend_.found[l / 8][l % 8]) *
-                           static_cast<std::uint64_t>(ways_.weights[i]);
+                           static_cast<std::uint64_t>(facings_.weights[i]);
         }
         constexpr double whole = static_cast<double>(one_value) * one_weight * one_weight;
         for (std::size_t l = 0; l < lit.size(); ++l)
@@ -183,20 +183,20 @@ private:
     bool find_uniform(std::size_t tile, std::uint64_t lights, std::span<float> lit) {
         if (first_level_ < Lattice::base_level)
             return false;
-        const Visit& visit = visit_level(first_level_, ways_.ways[0]);
+        const Visit& visit = visit_level(first_level_, facings_.all[0]);
         if (!visit.is_flat || (lights & ~visit.cell->uniform_of(tile)) != 0)
             return false;
         kernels_.write_first(visit.cell->values, lights, lit);
         return true;
     }
 
-    void find_along(const Way& way, std::size_t tile, std::uint64_t lights) {
+    void find_along(const Facing& facing, std::size_t tile, std::uint64_t lights) {
         kernels_.start(blend_, lights);
         for (int level = first_level_; lights != 0; ++level) {
             const int finest = store_.lattice().finest_level();
             const std::int32_t next = level < finest ? share_of(level + 1) : 0;
             const bool is_last = next == 0;
-            Visit& visit = visit_level(level, way);
+            Visit& visit = visit_level(level, facing);
             CacheCell& cell = *visit.cell;
             if (!visit.has_taps)
                 make_taps(visit, level);
@@ -306,7 +306,7 @@ private:
             bool is_bent = lamp.is_cut(point_, normal_);
             for (std::size_t k = 0; k < taps.taps && !is_bent; ++k) {
                 const Column& column = cell.columns[taps.records[k]];
-                is_bent = !is_zero(column.normal) && lamp.is_cut(column.place, column.normal);
+                is_bent = !is_zero(column.normal) && lamp.is_cut(column.position, column.normal);
             }
             if (is_bent)
                 bent |= rest & (~rest + 1u);
@@ -332,16 +332,16 @@ private:
         }
     }
 
-    Visit& visit_level(int level, const Way& way) {
-        if (!has_tangent_ || tangent_.way != way) {
+    Visit& visit_level(int level, const Facing& facing) {
+        if (!has_tangent_ || tangent_.facing != facing) {
             visited_ = 0;
-            tangent_ = TangentPlane(normal_, way);
+            tangent_ = TangentPlane(normal_, facing);
             has_tangent_ = true;
         }
         Visit& visit = visits_[static_cast<std::size_t>(level)];
         if ((visited_ >> level & 1u) == 0) {
-            visit.place = place_in_cell(store_.lattice(), point_, tangent_, level);
-            visit.cell = &cell_at(visit.place.corners, way, level);
+            visit.stencil = stencil_at(store_.lattice(), point_, tangent_, level);
+            visit.cell = &cell_at(visit.stencil.corners, facing, level);
             visit.level.values = &visit.cell->values;
             visit.is_flat = visit.cell->fits(point_, normal_);
             visit.has_taps = false;
@@ -350,21 +350,21 @@ private:
         return visit;
     }
 
-    CacheCell& cell_at(const CellCorners& corners, const Way& way, int level) {
+    CacheCell& cell_at(const CellCorners& corners, const Facing& facing, int level) {
         const std::size_t slot = static_cast<std::size_t>(corners.u + 2 * corners.v) & 3u;
         CacheCell& cell = cells_[4 * static_cast<std::size_t>(level) + slot];
-        if (cell.is_made && cell.corners == corners && cell.way == way)
+        if (cell.is_made && cell.corners == corners && cell.facing == facing)
             return cell;
         cell.is_made = false;
         cell.corners = corners;
-        cell.way = way;
+        cell.facing = facing;
         bool is_kept = true;
         for (std::size_t k = 0; k < 4; ++k) {
-            cell.columns[k] = store_.column(corners.index(k, way), way, level, spare(cell, k), nearby_);
+            cell.columns[k] = store_.column(corners.index(k, facing), facing, level, spare(cell, k), nearby_);
             is_kept &= cell.columns[k].links != nullptr;
         }
         const auto linked = [&](std::size_t from, std::size_t to, int direction) {
-            return store_.is_linked(cell.columns[from], cell.columns[to], direction, way, level);
+            return store_.is_linked(cell.columns[from], cell.columns[to], direction, facing, level);
         };
         cell.links = {linked(0, 1, 0), linked(2, 3, 0), linked(0, 2, 1), linked(1, 3, 1)};
         cell.finish(store_.lattice().step(level));
@@ -375,13 +375,13 @@ private:
     void make_taps(Visit& visit, int level) {
         CacheCell& cell = *visit.cell;
         BlendLevel& taps = visit.level;
-        const std::array<std::int32_t, 4> place_weights = visit.place.weights();
+        const std::array<std::int32_t, 4> bilinear = visit.stencil.weights();
         visit.has_taps = true;
         if (visit.is_flat) {
             taps.taps = 4;
             taps.missing = 0;
             for (std::size_t k = 0; k < 4; ++k)
-                taps.set(k, k, static_cast<std::uint32_t>(place_weights[k]));
+                taps.set(k, k, static_cast<std::uint32_t>(bilinear[k]));
             return;
         }
         taps.taps = 0;
@@ -394,20 +394,20 @@ private:
             const Column& column = cell.columns[k];
             Fit fit;
             if (column.record->is_on_surface())
-                fit = fit_of(column.place, column.normal, point_, normal_, step);
+                fit = fit_of(column.position, column.normal, point_, normal_, step);
             fits[k] = fit.share;
             suspect[k] = fit.is_suspect;
             fits_all &= fit.share > 0;
         }
         std::array<bool, 4> seen{true, true, true, true};
         if (!fits_all || !cell.all_linked || std::ranges::find(suspect, true) != suspect.end())
-            find_seen(seen, suspect, cell, place_weights, level);
+            find_seen(seen, suspect, cell, bilinear, level);
         std::int32_t served = 0;
         for (std::size_t k = 0; k < 4; ++k) {
             if (!seen[k])
                 continue;
-            served += place_weights[k] * fits[k] >> 8;
-            const std::int64_t weight = place_weights[k] + 1;
+            served += bilinear[k] * fits[k] >> 8;
+            const std::int64_t weight = bilinear[k] + 1;
             if (fits[k] == 256) {
                 add_tap(taps, raw, k, 2560 * weight);
                 continue;
@@ -416,9 +416,9 @@ private:
                 add_tap(taps, raw, k, 10 * weight * fits[k]);
             const std::size_t air = CellValues::first_in_air + k;
             if (!cell.has_column[air])
-                set_column(
-                    cell, air,
-                    store_.air(cell.corners.index(k, cell.way), cell.way, level, spare(cell, air), nearby_));
+                set_column(cell, air,
+                           store_.air(cell.corners.index(k, cell.facing), cell.facing, level,
+                                      spare(cell, air), nearby_));
             add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
@@ -476,7 +476,7 @@ private:
             if (is_any_open && !suspect[k])
                 continue;
             seen[k] = !store_.tracer().occluded(
-                {end, store_.lattice().position(cell.corners.index(k, cell.way), level)});
+                {end, store_.lattice().position(cell.corners.index(k, cell.facing), level)});
             is_any_open |= seen[k] && !suspect[k];
         }
         constexpr std::array<std::array<std::size_t, 2>, 4> ends{{{0, 1}, {2, 3}, {0, 2}, {1, 3}}};
@@ -487,9 +487,9 @@ private:
     }
 
     /// The weight of a cell's centre: none at the cell's border, where the next cell may know nothing of it.
-    static std::uint32_t window_of(const CellPlace& place) {
-        const std::int32_t inside =
-            (std::min)({place.at[0], one_weight - place.at[0], place.at[1], one_weight - place.at[1]});
+    static std::uint32_t window_of(const CellStencil& stencil) {
+        const std::int32_t inside = (std::min)(
+            {stencil.at[0], one_weight - stencil.at[0], stencil.at[1], one_weight - stencil.at[1]});
         return static_cast<std::uint32_t>((std::min)(8 * inside, one_weight));
     }
 
@@ -497,7 +497,7 @@ private:
     void add_probes(Visit& visit, int level) {
         BlendLevel& blended = visit.level;
         if (!blended.has_shafts) {
-            if (const std::uint32_t window = window_of(visit.place); window != 0) {
+            if (const std::uint32_t window = window_of(visit.stencil); window != 0) {
                 place_probe(*visit.cell, level);
                 blended.add_probe(CellValues::centre, window);
             }
@@ -518,7 +518,7 @@ private:
         const std::size_t shaft = CellValues::first_shaft + record;
         if (!cell.has_column[shaft])
             set_column(cell, shaft,
-                       store_.shaft(cell.columns[record], cell.way, level, spare(cell, shaft), nearby_));
+                       store_.shaft(cell.columns[record], cell.facing, level, spare(cell, shaft), nearby_));
     }
 
     /// What four records miss between them: see `probe` of the store.
@@ -526,10 +526,10 @@ private:
         if (cell.has_column[CellValues::centre])
             return;
         const auto [lowest, highest] = std::ranges::minmax(cell.corners.along);
-        glm::ivec3 index = cell.corners.index(0, cell.way);
-        index[cell.way.axis] = cell.way.sign > 0.0f ? highest : lowest;
+        glm::ivec3 index = cell.corners.index(0, cell.facing);
+        index[cell.facing.axis] = cell.facing.sign > 0.0f ? highest : lowest;
         set_column(cell, CellValues::centre,
-                   store_.probe(index, cell.way, level, spare(cell, CellValues::centre), nearby_));
+                   store_.probe(index, cell.facing, level, spare(cell, CellValues::centre), nearby_));
     }
 
     static void set_column(CacheCell& cell, std::size_t record, const Column& column) {
@@ -556,7 +556,7 @@ private:
     double footprint_ = 0.0;
     int first_level_ = Lattice::base_level;
     Blend blend_;
-    WeightedWays ways_;
+    WeightedFacings facings_;
     std::uint32_t visited_ = 0;      ///< one bit for each level
     RecordBrick* nearby_ = nullptr;  ///< the last that was found
     TangentPlane tangent_;

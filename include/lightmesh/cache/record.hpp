@@ -10,27 +10,27 @@
 
 namespace lightmesh::detail {
 
-/// What a record is: fallen onto a surface along one of six ways, in the air at a lattice point, or
-/// of a cell of four columns, or around a fallen record (a probe, one for each of the six ways).
+/// What a record is: fallen onto a surface against one of six facings, in the air at a lattice point, or
+/// of a cell of four columns, or around a fallen record (a probe, one for each of the six facings).
 enum class RecordKind : std::uint32_t {
-    fallen = 0,  // + way
-    air = 6,     // + way
-    probe = 12,  // + way
+    fallen = 0,  // + facing
+    air = 6,     // + facing
+    probe = 12,  // + facing
 };
 
-/// The way along which the records of one side of the surfaces fall: -sign * axis.
-struct Way {
+/// The side of surfaces that records are on: sign * axis; they fall along -sign * axis.
+struct Facing {
     int axis = 0;
     float sign = 1.0f;  ///< of the surface's normal along the axis
 
-    bool operator==(const Way& other) const = default;
+    bool operator==(const Facing& other) const = default;
     std::uint32_t number() const { return static_cast<std::uint32_t>(2 * axis) + (sign < 0.0f ? 1u : 0u); }
     int u() const { return axis == 2 ? 0 : axis + 1; }
     int v() const { return axis == 0 ? 2 : axis - 1; }
     glm::vec3 up() const {
-        glm::vec3 way(0.0f);
-        way[axis] = sign;
-        return way;
+        glm::vec3 direction(0.0f);
+        direction[axis] = sign;
+        return direction;
     }
 };
 
@@ -39,8 +39,8 @@ struct RecordKey {
     std::uint32_t words[3] = {};
 
     RecordKey() = default;
-    RecordKey(const glm::ivec3& index, RecordKind kind, const Way& way, int level) {
-        const std::uint32_t what = static_cast<std::uint32_t>(kind) + way.number();  // 5 bits
+    RecordKey(const glm::ivec3& index, RecordKind kind, const Facing& facing, int level) {
+        const std::uint32_t what = static_cast<std::uint32_t>(kind) + facing.number();  // 5 bits
         words[0] = (static_cast<std::uint32_t>(index.x) & index_mask) | what << 27;
         words[1] = (static_cast<std::uint32_t>(index.y) & index_mask) | static_cast<std::uint32_t>(level)
                                                                             << 27;
@@ -48,11 +48,11 @@ struct RecordKey {
     }
 
     int level() const { return static_cast<int>(words[1] >> 27); }
-    /// Of all kinds and ways, below `kind_count`.
+    /// Of all kinds and facings, below `kind_count`.
     std::uint32_t what() const { return words[0] >> 27; }
     static constexpr std::uint32_t kind_count = 18;
     bool is_probe() const { return what() >= static_cast<std::uint32_t>(RecordKind::probe); }
-    Way way() const { return {static_cast<int>(what() % 6 / 2), what() % 2 == 0 ? 1.0f : -1.0f}; }
+    Facing facing() const { return {static_cast<int>(what() % 6 / 2), what() % 2 == 0 ? 1.0f : -1.0f}; }
     glm::ivec3 index() const {
         const auto extended = [](std::uint32_t word) {
             return static_cast<std::int32_t>(word << 5) >> 5;
@@ -65,15 +65,15 @@ struct RecordKey {
 
     /// How many steps farther down the lattice point of another key is, of the same column.
     int steps_to(const RecordKey& lower) const {
-        const Way along = way();
+        const Facing along = facing();
         return (index()[along.axis] - lower.index()[along.axis]) * static_cast<int>(along.sign);
     }
     /// The key of the lattice point so many steps farther down.
     RecordKey below(int steps) const {
         RecordKey key = *this;
-        const int axis = way().axis;
+        const int axis = facing().axis;
         const auto index =
-            static_cast<std::uint32_t>(this->index()[axis] - steps * static_cast<int>(way().sign));
+            static_cast<std::uint32_t>(this->index()[axis] - steps * static_cast<int>(facing().sign));
         key.words[axis] = (words[axis] & ~index_mask) | (index & index_mask);
         return key;
     }
@@ -98,12 +98,13 @@ inline std::uint64_t hash_of(const RecordKey& key) {
 struct alignas(8) Record {
     /// The first of its row blocks; 0: none.
     std::atomic<std::uint32_t> rows{0};
-    /// How far it lies from its lattice point along its way, world units; negative: it found no surface, and
-    /// lies at the lattice point. Of an alias how many steps farther down the lattice point of its record is.
+    /// How far it lies from its lattice point against its facing, world units; negative: it found no surface,
+    /// and lies at the lattice point. Of an alias how many steps farther down the lattice point of its record
+    /// is.
     float fall = -1.0f;
     /// The geometric normal there times 32767, on the side of the lattice point.
     std::int16_t normal[3] = {};
-    /// Whether the ways to two neighbouring lattice points are known to be free: see `link_bit`.
+    /// Whether the segments to two neighbouring lattice points are known to be free: see `link_bit`.
     std::atomic<std::uint16_t> links{0};
 
     /// Among the links of an alias: a lattice point whose record is the one of a nearer lattice point in the

@@ -46,8 +46,8 @@ struct alignas(8) RecordGroup {
     }
 };
 
-/// The records of 4 x 4 x 4 lattice points of one level and one way, of all kinds: most of their keys is the
-/// same. Records are only ever added while there is more than one thread.
+/// The records of 4 x 4 x 4 lattice points of one level and one facing, of all kinds: most of their keys is
+/// the same. Records are only ever added while there is more than one thread.
 struct alignas(8) RecordBrick {
     RecordKey key;  ///< as of a fallen record at the least indices
     /// The last frame, modulo 2^16, in which a query asked for one of them.
@@ -68,11 +68,11 @@ struct alignas(8) RecordBrick {
                64 * (record.what() / 6);
     }
     RecordKey record_key(std::uint32_t tag) const {
-        const std::uint32_t place = tag - 1;
+        const std::uint32_t number = tag - 1;
         RecordKey record = key;
-        record.words[0] += (place & 3u) + (6 * (place >> 6) << 27);
-        record.words[1] += place >> 2 & 3u;
-        record.words[2] += place >> 4 & 3u;
+        record.words[0] += (number & 3u) + (6 * (number >> 6) << 27);
+        record.words[1] += number >> 2 & 3u;
+        record.words[2] += number >> 4 & 3u;
         return record;
     }
 };

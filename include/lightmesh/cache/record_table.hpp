@@ -18,7 +18,7 @@
 namespace lightmesh::detail {
 
 /// A record and what leads to it.
-struct RecordPlace {
+struct RecordEntry {
     Record* record = nullptr;
     RecordBrick* brick = nullptr;
     RecordKey key;  ///< of the record's own lattice point
@@ -40,27 +40,27 @@ public:
 
     /// The record of a key, or none. `nearby` is a brick in which it is looked for first, or null; then the
     /// one of the key.
-    RecordPlace find(const RecordKey& key, RecordBrick*& nearby) const {
+    RecordEntry find(const RecordKey& key, RecordBrick*& nearby) const {
         const RecordKey brick_key = RecordBrick::key_of(key);
         if (nearby == nullptr || !(nearby->key == brick_key))
             nearby = find_brick(brick_key);
-        return nearby == nullptr ? RecordPlace() : resolve(find_in(*nearby, key));
+        return nearby == nullptr ? RecordEntry() : resolve(find_in(*nearby, key));
     }
-    RecordPlace find(const RecordKey& key) const {
+    RecordEntry find(const RecordKey& key) const {
         RecordBrick* nearby = nullptr;
         return find(key, nearby);
     }
 
     /// Adds a copy of a record under its lattice point's key. What another thread has added meanwhile is the
     /// same, and stays. Throws std::bad_alloc; then nothing is added.
-    RecordPlace add(const RecordKey& key, const Record& made) {
+    RecordEntry add(const RecordKey& key, const Record& made) {
         const RecordKey brick_key = RecordBrick::key_of(key);
         const std::uint64_t hash = hash_of(brick_key);
         const std::uint32_t tag = RecordBrick::tag_of(key);
         Part& part = parts_[hash >> 58];
         const std::scoped_lock lock(part.adding);
         const std::uint32_t slot = part.tables.back()->find(pool_, brick_key, hash);
-        RecordPlace place;
+        RecordEntry entry;
         if (slot == 0) {
             Table& table = part.with_room(pool_);
             const std::uint32_t at = pool_.allocate(sizeof(RecordBrick) / 8);
@@ -69,17 +69,17 @@ public:
             brick->first.put(0, tag, made);
             table.put(at, hash);
             ++part.count;
-            place = {&brick->first.records[0], brick, key};
+            entry = {&brick->first.records[0], brick, key};
         } else {
             RecordBrick& brick = brick_at(slot);
-            place = find_in(brick, key);
-            if (place)
-                return resolve(place);
-            place = {add_to(brick, tag, made), &brick, key};
+            entry = find_in(brick, key);
+            if (entry)
+                return resolve(entry);
+            entry = {add_to(brick, tag, made), &brick, key};
         }
         if (!made.is_alias())
             ++counts_[static_cast<std::size_t>(key.level())];
-        return resolve(place);
+        return resolve(entry);
     }
 
     /// Makes a second key lead to the record of a lattice point farther down in the same column.
@@ -90,39 +90,39 @@ public:
         add(key, alias);
     }
 
-    /// Calls visit(place) for all records there are by now, in no particular order.
+    /// Calls visit(entry) for all records there are by now, in no particular order.
     template <class Visitor>
     void for_each_record(Visitor&& visit) const {
-        for_each([&](const RecordPlace& place) {
-            if (!place.record->is_alias())
-                visit(place);
+        for_each([&](const RecordEntry& entry) {
+            if (!entry.record->is_alias())
+                visit(entry);
         });
     }
-    /// Calls visit(key, place) for all keys that lead to another key's record.
+    /// Calls visit(key, entry) for all keys that lead to another key's record.
     template <class Visitor>
     void for_each_alias(Visitor&& visit) const {
-        for_each([&](const RecordPlace& place) {
-            if (place.record->is_alias())
-                visit(place.key, resolve(place));
+        for_each([&](const RecordEntry& entry) {
+            if (entry.record->is_alias())
+                visit(entry.key, resolve(entry));
         });
     }
 
-    /// Forgets the aliases for which alias_goes(key, place) holds, then the records for which
-    /// record_goes(place) does: that may do away with what they hold. No alias of such a record may stay.
+    /// Forgets the aliases for which alias_goes(key, entry) holds, then the records for which
+    /// record_goes(entry) does: that may do away with what they hold. No alias of such a record may stay.
     /// Nobody else may use the table meanwhile. Returns the number of records.
     template <class AliasGoes, class RecordGoes>
     std::size_t forget(AliasGoes&& alias_goes, RecordGoes&& record_goes) {
         std::size_t forgotten = 0;
         for_each_brick([&](RecordBrick& brick) {
-            forget_in(brick, [&](const RecordPlace& place) {
-                return place.record->is_alias() && alias_goes(place.key, resolve(place));
+            forget_in(brick, [&](const RecordEntry& entry) {
+                return entry.record->is_alias() && alias_goes(entry.key, resolve(entry));
             });
         });
         for_each_brick([&](RecordBrick& brick) {
-            forget_in(brick, [&](const RecordPlace& place) {
-                if (place.record->is_alias() || !record_goes(place))
+            forget_in(brick, [&](const RecordEntry& entry) {
+                if (entry.record->is_alias() || !record_goes(entry))
                     return false;
-                --counts_[static_cast<std::size_t>(place.key.level())];
+                --counts_[static_cast<std::size_t>(entry.key.level())];
                 ++forgotten;
                 return true;
             });
@@ -256,30 +256,30 @@ private:
         }
     }
 
-    /// Calls visit(place) for all records and aliases.
+    /// Calls visit(entry) for all records and aliases.
     template <class Visitor>
     void for_each(Visitor&& visit) const {
         for_each_brick([&](RecordBrick& brick) {
             for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
                 for (std::size_t i = 0; i < RecordGroup::size; ++i)
                     if (const std::uint32_t tag = RecordGroup::tag_of(header, i); tag != 0)
-                        visit(RecordPlace{&group.records[i], &brick, brick.record_key(tag)});
+                        visit(RecordEntry{&group.records[i], &brick, brick.record_key(tag)});
                 return false;
             });
         });
     }
 
     /// The record or alias of a key in its brick, or none.
-    RecordPlace find_in(RecordBrick& brick, const RecordKey& key) const {
-        RecordPlace place;
+    RecordEntry find_in(RecordBrick& brick, const RecordKey& key) const {
+        RecordEntry entry;
         for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
             const std::size_t i = RecordGroup::find(header, RecordBrick::tag_of(key));
             if (i == RecordGroup::size)
                 return false;
-            place = {&group.records[i], &brick, key};
+            entry = {&group.records[i], &brick, key};
             return true;
         });
-        return place;
+        return entry;
     }
 
     Record* add_to(RecordBrick& brick, std::uint32_t tag, const Record& made) {
@@ -308,7 +308,7 @@ private:
         for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
             for (std::size_t i = 0; i < RecordGroup::size; ++i)
                 if (const std::uint32_t tag = RecordGroup::tag_of(header, i);
-                    tag != 0 && goes(RecordPlace{&group.records[i], &brick, brick.record_key(tag)}))
+                    tag != 0 && goes(RecordEntry{&group.records[i], &brick, brick.record_key(tag)}))
                     group.take_out(i);
             return false;
         });
@@ -362,10 +362,10 @@ private:
     }
 
     /// The record that an alias leads to; others lead to themselves.
-    RecordPlace resolve(const RecordPlace& place) const {
-        if (!place || !place.record->is_alias())
-            return place;
-        return find(place.key.below(static_cast<int>(place.record->fall)));
+    RecordEntry resolve(const RecordEntry& entry) const {
+        if (!entry || !entry.record->is_alias())
+            return entry;
+        return find(entry.key.below(static_cast<int>(entry.record->fall)));
     }
 
     mutable UnitPool pool_;

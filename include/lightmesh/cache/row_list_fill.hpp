@@ -51,15 +51,15 @@ private:
 
     void add(const RowTable::Entry& row) {
         // Updates since it was listed may have forgotten the record, or taken out lights.
-        const RecordPlace place = store_.table().find(row.key.record);
-        if (!place || row.key.tile >= store_.lamps().tile_count() || store_.is_full())
+        const RecordEntry entry = store_.table().find(row.key.record);
+        if (!entry || row.key.tile >= store_.lamps().tile_count() || store_.is_full())
             return;
-        const std::uint64_t wanted = row.mask & ~store_.known_row(*place.record, row.key.tile).known;
+        const std::uint64_t wanted = row.mask & ~store_.known_row(*entry.record, row.key.tile).known;
         if (wanted == 0)
             return;
-        const Column column = column_of(store_.lattice(), place.key, *place.record, place.key.way(), true);
+        const Column column = column_of(store_.lattice(), entry.key, *entry.record, entry.key.facing(), true);
         const RowLook look = store_.look_of(column);
-        works_.push_back({place.record, row.key.tile, wanted, look, LampTally(store_.lamps(), row.key.tile)});
+        works_.push_back({entry.record, row.key.tile, wanted, look, LampTally(store_.lamps(), row.key.tile)});
         if (!look.is_probe)
             works_.back().tally.begin(look.origins[0], wanted, look.plan);
         values_begun_ += static_cast<std::size_t>(std::popcount(wanted));

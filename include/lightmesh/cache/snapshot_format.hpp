@@ -34,12 +34,12 @@ enum CacheSectionName : std::size_t {
     cache_section_count
 };
 
-/// How records found their places: values are merged only with those of the same kind.
-enum class PlaceKind : std::uint32_t { closest_hit, bisected };
+/// How records found their surfaces: values are merged only with those of the same kind.
+enum class HitKind : std::uint32_t { closest_hit, bisected };
 
 template <Intersector Tracer>
-constexpr PlaceKind place_kind() {
-    return ClosestHitIntersector<Tracer> ? PlaceKind::closest_hit : PlaceKind::bisected;
+constexpr HitKind hit_kind() {
+    return ClosestHitIntersector<Tracer> ? HitKind::closest_hit : HitKind::bisected;
 }
 
 /// What rows hold.
@@ -96,7 +96,7 @@ struct CacheHeader {
     std::uint32_t exact_edges;
     std::uint32_t has_origin;  ///< 0: the default
     std::array<float, 3> origin;
-    std::uint32_t places;  ///< `PlaceKind`
+    std::uint32_t hits;  ///< `HitKind`
     RowSource row_source;
     std::uint32_t shaft_rows;
     std::array<SnapshotSection, cache_section_count> sections;

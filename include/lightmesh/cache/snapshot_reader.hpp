@@ -45,7 +45,7 @@ public:
     const Lattice& lattice() const { return *lattice_; }
     const LampTable& lamps() const { return *lamps_; }
     std::span<const Light> user_lights() const { return user_lights_; }
-    PlaceKind places() const { return static_cast<PlaceKind>(header_.places); }
+    HitKind hits() const { return static_cast<HitKind>(header_.hits); }
     const RowSource& row_source() const { return header_.row_source; }
     std::span<const StoredRecord> records() const { return records_; }
     std::span<const StoredAlias> aliases() const { return aliases_; }
@@ -100,8 +100,8 @@ private:
         settings_.shaft_rows = header_.shaft_rows != 0;
         if (header_.has_origin != 0)
             settings_.origin = {header_.origin[0], header_.origin[1], header_.origin[2]};
-        require_right(header_.places <= static_cast<std::uint32_t>(PlaceKind::bisected),
-                      "there is no such way to find places");
+        require_right(header_.hits <= static_cast<std::uint32_t>(HitKind::bisected),
+                      "there is no such way to find surfaces");
         require_right(rows.short_test <= static_cast<std::uint32_t>(ShortTest::exact) &&
                           rows.long_tests <= static_cast<std::uint32_t>(LongTest::refined_shadow_maps),
                       "there is no such short or long test");

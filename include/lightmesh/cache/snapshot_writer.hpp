@@ -34,8 +34,8 @@ public:
     explicit CacheSnapshotWriter(RecordTable& table) : table_(table) {}
 
     /// Throws std::bad_alloc.
-    std::vector<std::byte> write(const CacheSettings& settings, std::span<const Light> lights,
-                                 PlaceKind places, const RowSource& row_source) {
+    std::vector<std::byte> write(const CacheSettings& settings, std::span<const Light> lights, HitKind hits,
+                                 const RowSource& row_source) {
         copy_records();
         copy_aliases();
         fill_slots();
@@ -49,26 +49,26 @@ public:
             header.has_origin = 1;
             header.origin = {settings.origin.x, settings.origin.y, settings.origin.z};
         }
-        header.places = static_cast<std::uint32_t>(places);
+        header.hits = static_cast<std::uint32_t>(hits);
         header.row_source = row_source;
         return write_block(header, records_of(lights), slots_, records_, aliases_, tiles_, octets_);
     }
 
 private:
     void copy_records() {
-        std::vector<RecordPlace> all;
-        table_.for_each_record([&](const RecordPlace& place) { all.push_back(place); });
-        std::ranges::sort(all, {}, [](const RecordPlace& place) { return order_of(place.key); });
+        std::vector<RecordEntry> all;
+        table_.for_each_record([&](const RecordEntry& entry) { all.push_back(entry); });
+        std::ranges::sort(all, {}, [](const RecordEntry& entry) { return order_of(entry.key); });
         records_.reserve(all.size());
-        for (const RecordPlace& place : all) {
-            const Record& record = *place.record;
-            StoredRecord stored{place.key,
+        for (const RecordEntry& entry : all) {
+            const Record& record = *entry.record;
+            StoredRecord stored{entry.key,
                                 record.fall,
                                 {record.normal[0], record.normal[1], record.normal[2]},
                                 record.links.load(std::memory_order_relaxed),
                                 static_cast<std::uint32_t>(tiles_.size()),
                                 0};
-            copy_rows(*place.record);
+            copy_rows(*entry.record);
             stored.tile_count = static_cast<std::uint32_t>(tiles_.size()) - stored.first_tile;
             records_.push_back(stored);
         }
@@ -94,11 +94,11 @@ private:
     }
 
     void copy_aliases() {
-        table_.for_each_alias([&](const RecordKey& key, const RecordPlace& place) {
+        table_.for_each_alias([&](const RecordKey& key, const RecordEntry& entry) {
             // A record that was added after the others were copied is left out, and so are its aliases.
-            const auto at = std::ranges::lower_bound(records_, order_of(place.key), {},
+            const auto at = std::ranges::lower_bound(records_, order_of(entry.key), {},
                                                      [](const StoredRecord& r) { return order_of(r.key); });
-            if (at != records_.end() && at->key == place.key)
+            if (at != records_.end() && at->key == entry.key)
                 aliases_.push_back({key, static_cast<std::uint32_t>(at - records_.begin())});
         });
         std::ranges::sort(aliases_, {}, [](const StoredAlias& alias) { return order_of(alias.key); });

@@ -101,20 +101,21 @@ public:
     }
 
     /// The record that falls from a lattice point. `nearby`, here and below: see `RecordTable::find`.
-    Column column(glm::ivec3 index, const Way& way, int level, Record& spare, RecordBrick*& nearby) const {
+    Column column(glm::ivec3 index, const Facing& facing, int level, Record& spare,
+                  RecordBrick*& nearby) const {
         // A record far below belongs to a lattice point nearer to it: then two points of a slope, which start
         // at different heights, share it.
         for (;;) {
-            const RecordKey key(index, RecordKind::fallen, way, level);
-            if (const RecordPlace known = table_->find(key, nearby))
-                return stand(known, way);
-            const int down = make(spare, index, way, level);
+            const RecordKey key(index, RecordKind::fallen, facing, level);
+            if (const RecordEntry known = table_->find(key, nearby))
+                return stand(known, facing);
+            const int down = make(spare, index, facing, level);
             if (down == 0)
-                return keep(key, spare, way);
-            index[way.axis] -= down * static_cast<int>(way.sign);
+                return keep(key, spare, facing);
+            index[facing.axis] -= down * static_cast<int>(facing.sign);
             if (is_full())
                 continue;
-            const Column below = column(index, way, level, spare, nearby);
+            const Column below = column(index, facing, level, spare, nearby);
             if (below.links != nullptr)
                 table_->add_alias(key, below.key);
             return below;
@@ -122,51 +123,53 @@ public:
     }
 
     /// A record in the air, at a lattice point.
-    Column air(const glm::ivec3& index, const Way& way, int level, Record& spare,
+    Column air(const glm::ivec3& index, const Facing& facing, int level, Record& spare,
                RecordBrick*& nearby) const {
-        const RecordKey key(index, RecordKind::air, way, level);
-        if (const RecordPlace known = table_->find(key, nearby))
-            return stand(known, way);
+        const RecordKey key(index, RecordKind::air, facing, level);
+        if (const RecordEntry known = table_->find(key, nearby))
+            return stand(known, facing);
         spare = Record();
-        return keep(key, spare, way);
+        return keep(key, spare, facing);
     }
 
     /// The probe of the cell of four columns whose least indices along u and v are those of `index`, and
     /// whose highest lattice point has that of `index` along the axis. Of blur rows it lies on the surface
-    /// below the cell's middle; of lamp rows it stands for places all over the cell.
-    Column probe(const glm::ivec3& index, const Way& way, int level, Record& spare,
+    /// below the cell's centre; of lamp rows it stands for places all over the cell.
+    Column probe(const glm::ivec3& index, const Facing& facing, int level, Record& spare,
                  RecordBrick*& nearby) const {
-        const RecordKey key(index, RecordKind::probe, way, level);
-        if (const RecordPlace known = table_->find(key, nearby))
-            return stand(known, way);
+        const RecordKey key(index, RecordKind::probe, facing, level);
+        if (const RecordEntry known = table_->find(key, nearby))
+            return stand(known, facing);
         spare = Record();
         if constexpr (has_mesh) {
-            if (const auto landing = land(probe_start(lattice_, index, way, level), way, level, 4.0f)) {
+            if (const auto landing = land(probe_start(lattice_, index, facing, level), facing, level, 4.0f)) {
                 spare.fall = landing->fall;
                 spare.set_normal(landing->normal);
             }
         }
-        return keep(key, spare, way);
+        return keep(key, spare, facing);
     }
 
     /// The probe around a fallen record, which stands for places a half step to all sides of it.
-    Column shaft(const Column& around, const Way& way, int level, Record& spare, RecordBrick*& nearby) const {
-        const RecordKey key(around.key.index(), RecordKind::probe, way, level);
-        if (const RecordPlace known = table_->find(key, nearby))
-            return stand(known, way);
+    Column shaft(const Column& around, const Facing& facing, int level, Record& spare,
+                 RecordBrick*& nearby) const {
+        const RecordKey key(around.key.index(), RecordKind::probe, facing, level);
+        if (const RecordEntry known = table_->find(key, nearby))
+            return stand(known, facing);
         spare = Record();
         spare.fall = around.record->fall;
         for (int k = 0; k < 3; ++k)
             spare.normal[k] = around.record->normal[k];
-        return keep(key, spare, way);
+        return keep(key, spare, facing);
     }
 
-    /// Whether the way between the lattice points of two neighbouring columns is free: `direction` 0 along u,
-    /// 1 along v, from the lesser index. Not, if they differ by more than a step along the axis.
-    bool is_linked(const Column& from, const Column& to, int direction, const Way& way, int level) const {
+    /// Whether the segment between the lattice points of two neighbouring columns is free: `direction` 0
+    /// along u, 1 along v, from the lesser index. Not, if they differ by more than a step along the axis.
+    bool is_linked(const Column& from, const Column& to, int direction, const Facing& facing,
+                   int level) const {
         const glm::ivec3 start = from.key.index();
         const glm::ivec3 end = to.key.index();
-        const int rise = end[way.axis] - start[way.axis];
+        const int rise = end[facing.axis] - start[facing.axis];
         if (rise < -1 || rise > 1)
             return false;
         const int bit = link_bit(direction, rise);
@@ -216,15 +219,15 @@ public:
     /// From where rays tell the row of a column's record; a probe's places are found by rays.
     RowLook look_of(const Column& column) const {
         const RecordKey& key = column.key;
-        const Way way = key.way();
+        const Facing facing = key.facing();
         const int level = key.level();
         const double step = lattice_.step(level);
         // The same for all heights of a column: those on one surface give the same values.
         RecordKey seed_key = key;
-        seed_key.words[way.axis] &= ~RecordKey::index_mask;
+        seed_key.words[facing.axis] &= ~RecordKey::index_mask;
         const std::uint64_t seed = hash_of(seed_key);
-        const auto from = [&](const glm::vec3& place, const glm::vec3& normal) -> RowOrigin {
-            return {off_surface(place, normal, step), normal, seed, step, greatest_reach(lattice_)};
+        const auto from = [&](const glm::vec3& position, const glm::vec3& normal) -> RowOrigin {
+            return {off_surface(position, normal, step), normal, seed, step, greatest_reach(lattice_)};
         };
         RowLook look;
         look.is_probe = key.is_probe();
@@ -235,32 +238,33 @@ public:
             look.plan = column.record->is_on_surface()
                             ? RayPlan::full(static_cast<std::size_t>(most))
                             : RayPlan::glance(static_cast<std::size_t>(settings_.lamp_rays), below >= 2);
-            look.origins[0] = from(column.place, column.normal);
+            look.origins[0] = from(column.position, column.normal);
             return look;
         }
         const bool is_shaft = lattice_.has_shaft_rows(level);
         const std::size_t side = is_shaft ? 4 : 2;
         look.places = side * side;
-        const glm::vec3 middle = probe_start(lattice_, key.index(), way, level);
+        const glm::vec3 centre = probe_start(lattice_, key.index(), facing, level);
         for (std::size_t i = 0; i < look.places; ++i) {
             const auto aside = [&](std::size_t part) {
                 return step * ((static_cast<double>(part) + 0.5) / static_cast<double>(side) - 0.5);
             };
             const double u = aside(i % side);
             const double v = aside(i / side);
-            glm::vec3 start = middle;
-            start[way.u()] += static_cast<float>(u);
-            start[way.v()] += static_cast<float>(v);
+            glm::vec3 start = centre;
+            start[facing.u()] += static_cast<float>(u);
+            start[facing.v()] += static_cast<float>(v);
             if (is_shaft)
-                start[way.axis] += slope_rise(column.normal, way, u, v, step);
-            const auto landing = land(start, way, level, 4.0f);
+                start[facing.axis] += slope_rise(column.normal, facing, u, v, step);
+            const auto landing = land(start, facing, level, 4.0f);
             if (!landing)
                 continue;
-            const glm::vec3 place = start - landing->fall * way.up();
+            const glm::vec3 position = start - landing->fall * facing.up();
             // Another surface, of which the record says nothing.
-            if (is_shaft && fit_of(place, landing->normal, column.place, column.normal, step).share == 0)
+            if (is_shaft &&
+                fit_of(position, landing->normal, column.position, column.normal, step).share == 0)
                 continue;
-            look.origins[i] = from(place, landing->normal);
+            look.origins[i] = from(position, landing->normal);
             look.is_there[i] = true;
         }
         return look;
@@ -284,7 +288,7 @@ public:
         PointRays<Tracer> rays(tracer_, lattice_, lamps_, settings_);
         rays.find(point, unit_normal, smooth_normal, tile, wanted, values);
         lamp_rays_.fetch_add(rays.lamp_rays(), std::memory_order_relaxed);
-        place_rays_.fetch_add(rays.place_rays(), std::memory_order_relaxed);
+        drop_rays_.fetch_add(rays.drop_rays(), std::memory_order_relaxed);
     }
 
     /// The mesh of blur rows.
@@ -344,23 +348,23 @@ public:
     /// Forgets all that may have to do with a change of the scene.
     void forget(const CacheChange& change) {
         forgotten_records_ += table_->forget(
-            [&](const RecordKey& key, const RecordPlace& place) {
-                return change.moves(key, place.key, *place.record);
+            [&](const RecordKey& key, const RecordEntry& entry) {
+                return change.moves(key, entry.key, *entry.record);
             },
-            [&](const RecordPlace& place) {
-                Record& record = *place.record;
+            [&](const RecordEntry& entry) {
+                Record& record = *entry.record;
                 RowList rows(table_->pool(), record.rows);
-                if (change.moves(place.key, record)) {
+                if (change.moves(entry.key, record)) {
                     rows.for_each([&](std::size_t, std::uint64_t known) {
                         forgotten_values_ += static_cast<std::uint64_t>(std::popcount(known));
                     });
                     octets_.fetch_sub(rows.give_back(), std::memory_order_relaxed);
                     return true;
                 }
-                if (change.relinks(place.key))
+                if (change.relinks(entry.key))
                     record.links.store(0, std::memory_order_relaxed);
                 rows.for_each([&](std::size_t tile, std::uint64_t known) {
-                    if (const std::uint64_t gone = known & ~change.unchanged(place.key, record, tile, known);
+                    if (const std::uint64_t gone = known & ~change.unchanged(entry.key, record, tile, known);
                         gone != 0)
                         forgotten_values_ += rows.forget(tile, gone);
                 });
@@ -374,15 +378,15 @@ public:
     void compact(int most_frames_unused = 0xffff) {
         auto copy = std::make_unique<RecordTable>();
         std::size_t octets = 0;
-        table_->for_each_record([&](const RecordPlace& place) {
-            if (frames_unused(*place.brick) > most_frames_unused)
+        table_->for_each_record([&](const RecordEntry& entry) {
+            if (frames_unused(*entry.brick) > most_frames_unused)
                 return;
-            Record without_rows = *place.record;
+            Record without_rows = *entry.record;
             without_rows.rows.store(0, std::memory_order_relaxed);
-            const RecordPlace own = copy->add(place.key, without_rows);
-            own.brick->used.store(place.brick->used.load(std::memory_order_relaxed),
+            const RecordEntry own = copy->add(entry.key, without_rows);
+            own.brick->used.store(entry.brick->used.load(std::memory_order_relaxed),
                                   std::memory_order_relaxed);
-            const RowList from(table_->pool(), place.record->rows);
+            const RowList from(table_->pool(), entry.record->rows);
             RowList to(copy->pool(), own.record->rows);
             from.for_each([&](std::size_t tile, std::uint64_t) {
                 const RowBytes row = from.gather(tile);
@@ -390,9 +394,9 @@ public:
                     octets += to.add(tile, lights, values_of(row));
             });
         });
-        table_->for_each_alias([&](const RecordKey& key, const RecordPlace& place) {
-            if (copy->find(place.key))
-                copy->add_alias(key, place.key);
+        table_->for_each_alias([&](const RecordKey& key, const RecordEntry& entry) {
+            if (copy->find(entry.key))
+                copy->add_alias(key, entry.key);
         });
         table_ = std::move(copy);
         octets_.store(octets, std::memory_order_relaxed);
@@ -404,7 +408,7 @@ public:
     void begin_frame() {
         if (is_full()) {
             FrameAges ages;
-            table_->for_each_record([&](const RecordPlace& place) { ages.add(frames_unused(*place.brick)); });
+            table_->for_each_record([&](const RecordEntry& entry) { ages.add(frames_unused(*entry.brick)); });
             const auto least = static_cast<double>(RecordTable::least_bytes());
             const int frames = ages.most_of((0.75 * static_cast<double>(settings_.memory_budget) - least) /
                                             (static_cast<double>(table_->bytes()) - least));
@@ -423,7 +427,7 @@ public:
         sum.rows = octets_.load(std::memory_order_relaxed);
         sum.lamp_rays = lamp_rays_.load(std::memory_order_relaxed);
         sum.listed_rays = listed_rays_.load(std::memory_order_relaxed);
-        sum.place_rays = place_rays_.load(std::memory_order_relaxed);
+        sum.drop_rays = drop_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
         sum.forgotten_records = forgotten_records_;
         sum.forgotten_values = forgotten_values_;
@@ -457,26 +461,26 @@ private:
         }
         user_lights_[i] = light;
         const std::size_t tile = i / lamps_per_tile;
-        table_->for_each_record([&](const RecordPlace& place) {
-            forgotten_values_ += RowList(table_->pool(), place.record->rows)
+        table_->for_each_record([&](const RecordEntry& entry) {
+            forgotten_values_ += RowList(table_->pool(), entry.record->rows)
                                      .forget(tile, std::uint64_t{1} << i % lamps_per_tile);
         });
     }
 
     /// Where it is down from a place onto a surface, within some steps.
-    std::optional<Landing> land(const glm::vec3& start, const Way& way, int level, float steps) const {
+    std::optional<Landing> land(const glm::vec3& start, const Facing& facing, int level, float steps) const {
         const auto step = static_cast<float>(lattice_.step(level));
         std::uint64_t rays = 0;
-        const auto landing = fall_onto_surface(tracer_, start, way, steps * step, step, rays);
-        place_rays_.fetch_add(rays, std::memory_order_relaxed);
+        const auto landing = fall_onto_surface(tracer_, start, facing, steps * step, step, rays);
+        drop_rays_.fetch_add(rays, std::memory_order_relaxed);
         return landing;
     }
 
     /// Lets a record fall. Returns how many steps farther down its lattice point should be; then it is not
     /// made.
-    int make(Record& record, const glm::ivec3& index, const Way& way, int level) const {
+    int make(Record& record, const glm::ivec3& index, const Facing& facing, int level) const {
         const auto step = static_cast<float>(lattice_.step(level));
-        const auto landing = land(lattice_.position(index, level), way, level, 2.5f);
+        const auto landing = land(lattice_.position(index, level), facing, level, 2.5f);
         record = Record();
         if (!landing)
             return 0;
@@ -488,22 +492,23 @@ private:
         return 0;
     }
 
-    Column keep(const RecordKey& key, const Record& made, const Way& way) const {
-        return is_full() ? column_of(lattice_, key, made, way, false) : stand(table_->add(key, made), way);
+    Column keep(const RecordKey& key, const Record& made, const Facing& facing) const {
+        return is_full() ? column_of(lattice_, key, made, facing, false)
+                         : stand(table_->add(key, made), facing);
     }
 
-    Column stand(const RecordPlace& place, const Way& way) const {
-        mark_used(*place.brick);
-        return column_of(lattice_, place.key, *place.record, way, true);
+    Column stand(const RecordEntry& entry, const Facing& facing) const {
+        mark_used(*entry.brick);
+        return column_of(lattice_, entry.key, *entry.record, facing, true);
     }
 
     void find_row(const Column& column, std::size_t tile, std::uint64_t wanted, TileValues& values) const {
         if constexpr (has_mesh) {
             const RecordKey& key = column.key;
             // The air above a surface looks to the side that the surface is seen from.
-            const glm::vec3 normal = column.record->is_on_surface() ? column.normal : key.way().up();
+            const glm::vec3 normal = column.record->is_on_surface() ? column.normal : key.facing().up();
             std::vector<float> all(lamps_.size());
-            rows_.mesh.visibility(column.place, normal, std::span<float>(all));
+            rows_.mesh.visibility(column.position, normal, std::span<float>(all));
             for (std::size_t l = 0; l < lamps_.tile_size(tile); ++l) {
                 const float lit = all[tile * lamps_per_tile + l];
                 values[l] = static_cast<std::uint8_t>(floor_to_int(static_cast<double>(255.0f * lit) + 0.5));
@@ -526,10 +531,11 @@ private:
     }
 
     /// How much higher or lower than at a record its surface is beside it, world units, at most a step.
-    static float slope_rise(const glm::vec3& normal, const Way& way, double u, double v, double step) {
-        const double along = static_cast<double>(normal[way.axis]);
+    static float slope_rise(const glm::vec3& normal, const Facing& facing, double u, double v, double step) {
+        const double along = static_cast<double>(normal[facing.axis]);
         const double rise =
-            -(u * static_cast<double>(normal[way.u()]) + v * static_cast<double>(normal[way.v()])) / along;
+            -(u * static_cast<double>(normal[facing.u()]) + v * static_cast<double>(normal[facing.v()])) /
+            along;
         return along == 0.0 ? 0.0f : static_cast<float>(std::clamp(rise, -step, step));
     }
 
@@ -543,7 +549,7 @@ private:
     std::unique_ptr<RecordTable> table_ = std::make_unique<RecordTable>();
     mutable std::atomic<std::uint64_t> lamp_rays_{0};
     mutable std::atomic<std::uint64_t> listed_rays_{0};
-    mutable std::atomic<std::uint64_t> place_rays_{0};
+    mutable std::atomic<std::uint64_t> drop_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};
     mutable std::atomic<std::size_t> octets_{0};
     std::uint16_t frame_ = 0;

@@ -63,7 +63,7 @@ public:
     const std::array<glm::vec3, 64>& positions() const { return positions_; }
     const Brick& brick() const { return *missing_.brick; }
 
-    /// Light points that are to be tested first, as samples of the light at place l of the tile.
+    /// Light points that are to be tested first, as samples of the light in slot l of the tile.
     std::uint64_t samples_of(std::size_t l) const {
         const bool is_new = (newly_sampled_ & lights_there_) >> l & 1;
         return is_new && in_range(l) != 0 ? brick_samples : 0;
@@ -84,7 +84,7 @@ public:
     /// When the samples of all lights are taken.
     void end_samples() { samples_.sampled |= fresh_; }
 
-    /// Light points that samples have not told of the light at place l.
+    /// Light points that samples have not told of the light in slot l.
     std::uint64_t others_of(std::size_t l) const {
         if (((samples_.uniform | ~lights_there_) >> l & 1) != 0)
             return 0;

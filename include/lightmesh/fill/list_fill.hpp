@@ -75,14 +75,14 @@ private:
         words_.clear();
         brick_of_word_.clear();
         for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(tile)); ++l) {
-            const std::size_t place = tile * lights_per_tile + l;
-            const auto light = static_cast<std::uint32_t>(data_.lights().order().light_at(place));
+            const std::size_t slot = tile * lights_per_tile + l;
+            const auto light = static_cast<std::uint32_t>(data_.lights().order().light_at(slot));
             for (std::size_t b = 0; b < bricks_.size(); ++b) {
                 const std::uint64_t points = points_of(bricks_[b], l);
                 if (points == 0)
                     continue;
                 words_.push_back(
-                    {bricks_[b].brick().coord, light, static_cast<std::uint32_t>(place), level_, points});
+                    {bricks_[b].brick().coord, light, static_cast<std::uint32_t>(slot), level_, points});
                 brick_of_word_.push_back(static_cast<std::uint32_t>(b));
                 rays_ += static_cast<std::uint64_t>(std::popcount(points));
             }
@@ -92,7 +92,7 @@ private:
         seen_.assign(words_.size(), 0);
         trace_(std::span<const LongTestWord>(words_), std::span<std::uint64_t>(seen_));
         for (std::size_t w = 0; w < words_.size(); ++w)
-            bricks_[brick_of_word_[w]].add_lit(words_[w].light_place % lights_per_tile,
+            bricks_[brick_of_word_[w]].add_lit(words_[w].light_slot % lights_per_tile,
                                                seen_[w] & words_[w].points);
     }
 

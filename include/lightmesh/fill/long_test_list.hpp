@@ -23,11 +23,11 @@ class LightMesh;
 /// Light point p, 0 to 63, has the index 4 * brick + (x, y, z) in the grid of its level, where bits 0, 1 and
 /// 2 of p are the lowest bits of x, y and z, and bits 3, 4 and 5 their second bits.
 ///
-/// 32 bytes, which shaders may read as they are: `light_place` is what lightmesh.glsl calls 64 * tile + l.
+/// 32 bytes, which shaders may read as they are: `light_slot` is what lightmesh.glsl calls 64 * tile + l.
 struct LongTestWord {
     std::array<std::int32_t, 3> brick;  ///< coordinates of the brick: those of its first light point over 4
     std::uint32_t light;                ///< the light's number
-    std::uint32_t light_place;          ///< its place in the order in which the mesh keeps lights
+    std::uint32_t light_slot;           ///< its slot in the order in which the mesh keeps lights
     std::uint32_t level;                ///< of the mesh
     std::uint64_t points;               ///< bit p: whether V(L, x) is asked for from light point p
 };

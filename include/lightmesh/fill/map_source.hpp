@@ -81,7 +81,7 @@ public:
     void add_light(const Light& light) { maps_.push_back(map_of(maps_.size(), light)); }
     void remove_last() { maps_.pop_back(); }
 
-    /// As `RayLongTests`. Texels show what lies beyond a point, too; the middles of those that are asked are
+    /// As `RayLongTests`. Texels show what lies beyond a point, too; the centres of those that are asked are
     /// up to one side away along both axes, at a picture's edge two.
     LightSight sight_of(std::size_t i) const {
         const ShadowMap<Renderer>& map = *maps_[i];

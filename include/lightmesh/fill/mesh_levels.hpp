@@ -135,7 +135,7 @@ public:
         for_each([](int, const Level& level) { level.data().prepare_update(); });
         if (!looks_alike)
             adapters_->long_tests.set_light(i, light);
-        const std::size_t place = lights.order().place_of(i);
+        const std::size_t slot = lights.order().slot_of(i);
         for_each([&](int, const Level& level) {
             MeshData& data = level.data();
             data.reuse_superseded();
@@ -144,7 +144,7 @@ public:
                 return;
             data.for_each_brick([&](const Brick& brick) {
                 forgotten_.visibilities +=
-                    data.forget(brick, place / lights_per_tile, std::uint64_t{1} << place % lights_per_tile);
+                    data.forget(brick, slot / lights_per_tile, std::uint64_t{1} << slot % lights_per_tile);
             });
         });
     }

@@ -25,10 +25,11 @@ inline glm::vec3 surface_end(const glm::vec3& point, const glm::vec3& unit_norma
 
 /// The light's end of a segment: `light` moved towards `other`, at most half of the way.
 inline glm::vec3 light_end(const glm::vec3& light, const glm::vec3& other, float step) {
-    const glm::vec3 way = other - light;
-    const float distance = glm::length(way);
+    const glm::vec3 offset_to_other = other - light;
+    const float distance = glm::length(offset_to_other);
     const float offset = end_offset(light, step);
-    return distance > 2.0f * offset ? light + way * (offset / distance) : light + 0.5f * way;
+    return distance > 2.0f * offset ? light + offset_to_other * (offset / distance)
+                                    : light + 0.5f * offset_to_other;
 }
 
 }  // namespace lightmesh::detail

@@ -59,7 +59,7 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 //     how far the lattice reaches from its origin: a double
 //     for each level five: see `lightmesh_cache_level_*`
 //     slots: the three words of a key | number of a record plus one; 0: free
-//     records, two each: place | x and y of the normal
+//     records, two each: position | x and y of the normal
 //                        z of the normal and links | lattice index and whether it is on a surface | first tile | tiles
 //     tiles: number of the tile and, 24 bits higher, which octets it has | first octet | known lights
 //     lights, six each: see `lightmesh_cache_light_*`
@@ -100,10 +100,10 @@ struct LightMeshCachePoint {
     int full_level;  // the finest level that the footprint lets say all
     int part;        // how much the next one may say, of 2^15
     int first_level;
-    int way_count;
-    ivec3 ways;         // 2 axis + (1 if the normal points down)
-    ivec3 way_weights;  // sum to 2^15
-    uvec3 traced;       // for each way: a bit for each level whose rays were traced
+    int facing_count;
+    ivec3 facings;         // 2 axis + (1 if the normal points down)
+    ivec3 facing_weights;  // sum to 2^15
+    uvec3 traced;       // for each facing: a bit for each level whose rays were traced
     uvec3 seen;         // and four bits: which lattice points the point sees
 };
 
@@ -245,9 +245,9 @@ bool lightmesh_cache_is_unit(vec3 v) {
     return lightmesh_double_less(lightmesh_double_abs(off), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
 }
 
-// A place moved off its surface.
-vec3 lightmesh_cache_off_surface(vec3 place, vec3 normal, int level) {
-    precise vec3 moved = place + (lightmesh_cache_largest(place) * uintBitsToFloat(0x35800000u) +
+// A position moved off its surface.
+vec3 lightmesh_cache_off_surface(vec3 position, vec3 normal, int level) {
+    precise vec3 moved = position + (lightmesh_cache_largest(position) * uintBitsToFloat(0x35800000u) +
                                   lightmesh_cache_level_floats(level).y) * normal;
     return moved;
 }
@@ -295,9 +295,9 @@ int lightmesh_cache_share_of(LightMeshCachePoint at, int level) {
     return level <= at.full_level ? 32768 : level == at.full_level + 1 ? at.part : 0;
 }
 
-// The ways along which records fall.
+// The facings of records.
 void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
-    at.way_count = 0;
+    at.facing_count = 0;
     if (lightmesh_cache_is_zero(at.normal))
         return;
     float largest = lightmesh_cache_largest(at.normal);
@@ -317,26 +317,26 @@ void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
             if (weight == 0)
                 continue;
         }
-        at.ways[at.way_count] = 2 * axis + (at.normal[axis] < 0.0 ? 1 : 0);
-        at.way_weights[at.way_count] = weight;
-        ++at.way_count;
+        at.facings[at.facing_count] = 2 * axis + (at.normal[axis] < 0.0 ? 1 : 0);
+        at.facing_weights[at.facing_count] = weight;
+        ++at.facing_count;
         sum += weight;
     }
     int rest = 32768;
-    for (int i = 1; i < at.way_count; ++i) {
-        at.way_weights[i] = int((uint(at.way_weights[i]) << 15) / uint(sum));
-        rest -= at.way_weights[i];
+    for (int i = 1; i < at.facing_count; ++i) {
+        at.facing_weights[i] = int((uint(at.facing_weights[i]) << 15) / uint(sum));
+        rest -= at.facing_weights[i];
     }
-    at.way_weights[0] = rest;
+    at.facing_weights[0] = rest;
 }
 
 // Whether lattice points around the point have indices.
 bool lightmesh_cache_is_inside(vec3 position) {
     uvec2 limit = lightmesh_cache_places[2].xy;
     for (int axis = 0; axis < 3; ++axis) {
-        uvec2 way = lightmesh_double_subtract(lightmesh_double_of(position[axis]),
+        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(position[axis]),
                                               lightmesh_cache_level_origin(lightmesh_cache_finest(), axis));
-        if (!lightmesh_double_less(lightmesh_double_abs(way), limit))
+        if (!lightmesh_double_less(lightmesh_double_abs(offset), limit))
             return false;
     }
     return true;
@@ -353,8 +353,8 @@ LightMeshCachePoint lightmesh_cache_point(vec3 position, vec3 normal, float foot
     at.normal = normal;
     at.smooth_normal = vec3(0.0);
     at.is_smooth = false;
-    at.way_count = 0;
-    at.ways = at.way_weights = ivec3(0);
+    at.facing_count = 0;
+    at.facings = at.facing_weights = ivec3(0);
     at.traced = at.seen = uvec3(0u);
     at.lacks = 0u;
     lightmesh_cache_find_levels(at);
@@ -396,8 +396,8 @@ uvec2 lightmesh_cache_double_square(uvec2 a) {
 
 // In floats where those are sure, else in doubles.
 bool lightmesh_cache_faces(vec3 at, bool is_directional, vec3 point, vec3 normal) {
-    precise vec3 way = is_directional ? at : at - point;
-    precise vec3 products = normal * way;
+    precise vec3 offset = is_directional ? at : at - point;
+    precise vec3 products = normal * offset;
     precise float sum = products.x + products.y + products.z;
     float size = abs(products.x) + abs(products.y) + abs(products.z);
     float far = lightmesh_cache_largest(at) + (is_directional ? 0.0 : lightmesh_cache_largest(point));
@@ -413,24 +413,24 @@ bool lightmesh_cache_faces(vec3 at, bool is_directional, vec3 point, vec3 normal
 bool lightmesh_cache_in_range(vec3 at, float range, vec3 point) {
     if (range < 0.0)
         return false;
-    precise vec3 way = at - point;
-    float squared = dot(way, way), limit = range * range;
+    precise vec3 offset = at - point;
+    float squared = dot(offset, offset), limit = range * range;
     if (abs(squared - limit) > 1e-6 * limit + 1e-36)
         return squared < limit;
-    LightMeshCacheDoubles doubles = lightmesh_cache_doubles(way);
+    LightMeshCacheDoubles doubles = lightmesh_cache_doubles(offset);
     return !lightmesh_double_less(lightmesh_cache_double_square(lightmesh_double_of(range)),
                                   lightmesh_cache_double_dot(doubles, doubles));
 }
 
-bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 way) {
+bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 offset) {
     uvec4 first = lightmesh_cache_light(light, 2u), second = lightmesh_cache_light(light, 3u);
     LightMeshCacheDoubles axis = LightMeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
-    LightMeshCacheDoubles w = lightmesh_cache_doubles(way);
+    LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
     uvec2 along = lightmesh_cache_double_dot(axis, w);
     bool is_before = !lightmesh_double_less(along, uvec2(0u));
     if (is_before == is_wide)
         return is_wide;
-    // The square of cross(axis, way).
+    // The square of cross(axis, offset).
     LightMeshCacheDoubles across;
     for (int i = 0; i < 3; ++i) {
         int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
@@ -445,16 +445,16 @@ bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 way) {
 }
 
 bool lightmesh_cache_can_reach(uint light, vec3 point, vec3 normal) {
-    uvec4 place = lightmesh_cache_light(light, 0u);
-    vec3 at = uintBitsToFloat(place.xyz);
-    uint kind = place.w;
+    uvec4 head = lightmesh_cache_light(light, 0u);
+    vec3 at = uintBitsToFloat(head.xyz);
+    uint kind = head.w;
     float range = uintBitsToFloat(lightmesh_cache_light(light, 1u).x);
     if (!lightmesh_cache_faces(at, (kind & lightmesh_cache_directional) != 0u, point, normal) ||
         (range < 1e19 && !lightmesh_cache_in_range(at, range, point)))
         return false;
-    precise vec3 way = point - at;
+    precise vec3 offset = point - at;
     return (kind & lightmesh_cache_has_cone) == 0u ||
-           lightmesh_cache_in_cone(light, (kind & lightmesh_cache_wide_cone) != 0u, way);
+           lightmesh_cache_in_cone(light, (kind & lightmesh_cache_wide_cone) != 0u, offset);
 }
 
 bool lightmesh_cache_has(uvec2 lights, uint l) {
@@ -483,7 +483,7 @@ uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
 
 // ---- records
 
-// Where a key's record stands, or 0. `what`: kind and way.
+// Where a key's record stands, or 0. `what`: kind and facing.
 uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
     uvec3 key = uvec3(index) & 0x07ffffffu;
     key.x |= what << 27;
@@ -499,7 +499,7 @@ uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
     }
 }
 
-vec3 lightmesh_cache_record_place(uint record) {
+vec3 lightmesh_cache_record_position(uint record) {
     return uintBitsToFloat(lightmesh_cache_places[record].xyz);
 }
 bool lightmesh_cache_record_is_on_surface(uint record) {
@@ -539,8 +539,8 @@ uint lightmesh_cache_row_word(uvec4 row, uint word) {
 
 struct LightMeshCacheCell {
     ivec2 corner;    // the least indices along u and v
-    ivec4 along;     // the indices along the axis of the way that records fall
-    ivec2 at;        // the point's place in the cell, of 2^15
+    ivec4 along;     // the indices along the axis of the records' facing
+    ivec2 at;        // the point's coordinates in the cell, of 2^15
     uint records[4];
     uint links;      // four bits: 0-1, 2-3, 0-2, 1-3
     bool is_flat;    // whether all four records fit the point without further questions
@@ -554,8 +554,8 @@ struct LightMeshCacheCell {
 // The one in work: passed from function to function it would be copied.
 LightMeshCacheCell lightmesh_cache_cell;
 
-ivec3 lightmesh_cache_axes(int way) {
-    int axis = way >> 1;
+ivec3 lightmesh_cache_axes(int facing) {
+    int axis = facing >> 1;
     return ivec3(axis, axis == 2 ? 0 : axis + 1, axis == 0 ? 2 : axis - 1);
 }
 
@@ -576,16 +576,16 @@ vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
     return point;
 }
 
-void lightmesh_cache_place(LightMeshCachePoint at, int way, ivec3 axes, int level) {
-    bool is_up = (way & 1) == 0;
+void lightmesh_cache_place(LightMeshCachePoint at, int facing, ivec3 axes, int level) {
+    bool is_up = (facing & 1) == 0;
     uvec2 height;
     ivec2 corner;
     vec2 fraction;
     for (int i = 0; i < 3; ++i) {
         int axis = axes[i];
-        uvec2 way_there = lightmesh_double_subtract(lightmesh_double_of(at.position[axis]),
+        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(at.position[axis]),
                                                     lightmesh_cache_level_origin(level, axis));
-        uvec2 located = lightmesh_double_multiply(way_there, lightmesh_cache_level_per_step(level));
+        uvec2 located = lightmesh_double_multiply(offset, lightmesh_cache_level_per_step(level));
         if (i == 0) {
             height = is_up ? lightmesh_double_negate(located) : located;
         } else {
@@ -601,9 +601,9 @@ void lightmesh_cache_place(LightMeshCachePoint at, int way, ivec3 axes, int leve
     bool is_level = n[axes.y] == 0.0 && n[axes.z] == 0.0;
     uvec2 rise[4];
     for (int i = 0; i < 4 && !is_level; ++i) {
-        precise float way_there = fraction[i >> 1] - ((i & 1) != 0 ? 1.0 : 0.0);
+        precise float offset = fraction[i >> 1] - ((i & 1) != 0 ? 1.0 : 0.0);
         float slope = lightmesh_float_divide(n[axes[1 + (i >> 1)]], n[axes.x]);
-        rise[i] = lightmesh_double_multiply(lightmesh_double_of(is_up ? way_there : -way_there),
+        rise[i] = lightmesh_double_multiply(lightmesh_double_of(is_up ? offset : -offset),
                                             lightmesh_double_of(slope));
     }
     // The first lattice index at least a quarter before the plane.
@@ -629,7 +629,7 @@ bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
 #endif
 }
 
-// Which neighbouring columns have a free way between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v.
+// Which neighbouring columns have a free segment between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v.
 void lightmesh_cache_find_links(ivec3 axes, int level) {
     lightmesh_cache_cell.links = 0u;
     for (int i = 0; i < 4; ++i) {
@@ -663,12 +663,12 @@ bool lightmesh_cache_is_same(vec3 a, vec3 b) {
 uint lightmesh_cache_fit(uint record, LightMeshCachePoint at, int level) {
     if (!lightmesh_cache_record_is_on_surface(record))
         return 0u;
-    precise vec3 way = lightmesh_cache_record_place(record) - at.position;
+    precise vec3 offset = lightmesh_cache_record_position(record) - at.position;
     vec3 normal = lightmesh_cache_record_normal(record);
     // Before the point's plane, before the record's, and the cosine between.
     uvec2 dots[3];
     for (int i = 0; i < 3; ++i)
-        dots[i] = lightmesh_cache_double_dot(lightmesh_cache_doubles(i == 2 ? normal : way),
+        dots[i] = lightmesh_cache_double_dot(lightmesh_cache_doubles(i == 2 ? normal : offset),
                                              lightmesh_cache_doubles(i == 1 ? normal : at.normal));
     int shares[2];
     for (int i = 0; i < 2; ++i) {
@@ -757,10 +757,10 @@ void lightmesh_cache_add_tap(uint record, uint weight) {
     ++lightmesh_cache_cell.tap_count;
 }
 
-void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int way, ivec3 axes, int level) {
-    ivec2 place = lightmesh_cache_cell.at;
-    int both = int(uint(place.x) * uint(place.y) >> 15);
-    ivec4 weights = ivec4(32768 - place.x - place.y + both, place.x - both, place.y - both, both);
+void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facing, ivec3 axes, int level) {
+    ivec2 uv = lightmesh_cache_cell.at;
+    int both = int(uint(uv.x) * uint(uv.y) >> 15);
+    ivec4 weights = ivec4(32768 - uv.x - uv.y + both, uv.x - both, uv.y - both, both);
     lightmesh_cache_cell.missing = 0u;
     lightmesh_cache_cell.tap_count = 0;
     if (lightmesh_cache_cell.is_flat) {
@@ -805,7 +805,7 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int way, 
             lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], 10u * weight * uint(fits[k]));
         if (fits[k] == 256)
             continue;
-        uint air = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), 6u + uint(way), level);
+        uint air = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), 6u + uint(facing), level);
         if (air == 0u) {
             lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
             return;
@@ -819,15 +819,15 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int way, 
 
 // The cell of a level about the point, with the records that serve it.
 void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level) {
-    int way = at.ways[turn];
-    ivec3 axes = lightmesh_cache_axes(way);
+    int facing = at.facings[turn];
+    ivec3 axes = lightmesh_cache_axes(facing);
     lightmesh_cache_cell.lacks = 0u;
     lightmesh_cache_cell.tap_count = 0;
     lightmesh_cache_cell.missing = 0u;
     lightmesh_cache_cell.is_flat = false;
-    lightmesh_cache_place(at, way, axes, level);
+    lightmesh_cache_place(at, facing, axes, level);
     for (int k = 0; k < 4; ++k) {
-        lightmesh_cache_cell.records[k] = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), uint(way), level);
+        lightmesh_cache_cell.records[k] = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), uint(facing), level);
         if (lightmesh_cache_cell.records[k] == 0u) {
             lightmesh_cache_cell.lacks = lightmesh_cache_lacks_values;
             return;
@@ -837,36 +837,36 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     if (lightmesh_cache_cell.lacks != 0u)
         return;
     vec3 normal = lightmesh_cache_record_normal(lightmesh_cache_cell.records[0]);
-    vec3 place = lightmesh_cache_record_place(lightmesh_cache_cell.records[0]);
+    vec3 position = lightmesh_cache_record_position(lightmesh_cache_cell.records[0]);
     lightmesh_cache_cell.is_flat = lightmesh_cache_cell.links == 15u &&
                    lightmesh_cache_is_same(at.normal, normal);
     float farthest = 0.0;
     for (int k = 0; k < 4 && lightmesh_cache_cell.is_flat; ++k) {
         lightmesh_cache_cell.is_flat = lightmesh_cache_record_is_on_surface(lightmesh_cache_cell.records[k]) &&
                        lightmesh_cache_is_same(lightmesh_cache_record_normal(lightmesh_cache_cell.records[k]), normal);
-        precise vec3 way_there = lightmesh_cache_record_place(lightmesh_cache_cell.records[k]) - place;
-        farthest = max(farthest, abs(lightmesh_cache_dot(normal, way_there)));
+        precise vec3 offset = lightmesh_cache_record_position(lightmesh_cache_cell.records[k]) - position;
+        farthest = max(farthest, abs(lightmesh_cache_dot(normal, offset)));
     }
     precise float slack = lightmesh_cache_level_floats(level).x - farthest;
-    precise vec3 way_here = at.position - place;
-    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.is_flat && abs(lightmesh_cache_dot(normal, way_here)) < slack;
-    lightmesh_cache_make_taps(at, turn, way, axes, level);
+    precise vec3 offset = at.position - position;
+    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.is_flat && abs(lightmesh_cache_dot(normal, offset)) < slack;
+    lightmesh_cache_make_taps(at, turn, facing, axes, level);
 }
 
 // The probe of a cell, or 0.
-uint lightmesh_cache_find_probe(int way, ivec3 axes, int level) {
+uint lightmesh_cache_find_probe(int facing, ivec3 axes, int level) {
     ivec3 index = lightmesh_cache_index(0, axes);
     ivec4 along = lightmesh_cache_cell.along;
     int lowest = min(min(along.x, along.y), min(along.z, along.w));
     int highest = max(max(along.x, along.y), max(along.z, along.w));
-    index[axes.x] = (way & 1) == 0 ? highest : lowest;
-    return lightmesh_cache_find_record(index, 12u + uint(way), level);
+    index[axes.x] = (facing & 1) == 0 ? highest : lowest;
+    return lightmesh_cache_find_record(index, 12u + uint(facing), level);
 }
 
 // ---- smooth surfaces
 
-// Whether the plane through a place leaves some of the lamp below.
-bool lightmesh_cache_is_cut(uint light, vec3 place, vec3 normal) {
+// Whether the plane through a position leaves some of the lamp below.
+bool lightmesh_cache_is_cut(uint light, vec3 position, vec3 normal) {
     uvec4 first = lightmesh_cache_light(light, 0u), second = lightmesh_cache_light(light, 1u);
     vec3 at = uintBitsToFloat(first.xyz);
     bool is_directional = (first.w & lightmesh_cache_directional) != 0u;
@@ -878,10 +878,10 @@ bool lightmesh_cache_is_cut(uint light, vec3 place, vec3 normal) {
         half_v = uintBitsToFloat(lightmesh_cache_light(light, 5u).xyz);
         size = abs(dot(normal, half_u)) + abs(dot(normal, half_v));
     }
-    vec3 way = is_directional ? at : at - place;
-    float over = dot(normal, way) - size;
-    float far = lightmesh_cache_largest(at) + (is_directional ? 0.0 : lightmesh_cache_largest(place));
-    float bound = 2e-6 * (lightmesh_cache_largest(way) + size + lightmesh_cache_largest(half_u) +
+    vec3 offset = is_directional ? at : at - position;
+    float over = dot(normal, offset) - size;
+    float far = lightmesh_cache_largest(at) + (is_directional ? 0.0 : lightmesh_cache_largest(position));
+    float bound = 2e-6 * (lightmesh_cache_largest(offset) + size + lightmesh_cache_largest(half_u) +
                           lightmesh_cache_largest(half_v)) +
                   1e-13 * far + 1e-36;
     if (abs(over) > bound)
@@ -891,7 +891,7 @@ bool lightmesh_cache_is_cut(uint light, vec3 place, vec3 normal) {
     for (int i = is_rectangle ? 0 : 2; i < 3; ++i) {
         LightMeshCacheDoubles along = lightmesh_cache_doubles(i == 0 ? half_u : i == 1 ? half_v : at);
         for (int axis = 0; axis < 3 && i == 2 && !is_directional; ++axis)
-            along.x[axis] = lightmesh_double_subtract(along.x[axis], lightmesh_double_of(place[axis]));
+            along.x[axis] = lightmesh_double_subtract(along.x[axis], lightmesh_double_of(position[axis]));
         height = lightmesh_cache_double_dot(along, lightmesh_cache_doubles(normal));
         if (i < 2)
             extent = lightmesh_double_add(extent, lightmesh_double_abs(height));
@@ -908,8 +908,8 @@ uvec2 lightmesh_cache_to_float_precision(uvec2 a) {
 bool lightmesh_cache_is_grazing(uint light, LightMeshCachePoint point, float sine_squared) {
     uvec4 first = lightmesh_cache_light(light, 0u);
     vec3 at = uintBitsToFloat(first.xyz);
-    precise vec3 way = (first.w & lightmesh_cache_directional) != 0u ? at : at - point.position;
-    LightMeshCacheDoubles w = lightmesh_cache_doubles(way);
+    precise vec3 offset = (first.w & lightmesh_cache_directional) != 0u ? at : at - point.position;
+    LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
     uvec2 height = lightmesh_cache_to_float_precision(lightmesh_double_subtract(
         lightmesh_cache_double_dot(w, lightmesh_cache_doubles(point.normal)), lightmesh_cache_light(light, 1u).zw));
     if (lightmesh_double_less(height, uvec2(0u)))
@@ -939,9 +939,9 @@ uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
         uint light = 64u * tile + l;
         bool is_bent = false;
         for (int k = -1; k < lightmesh_cache_cell.tap_count && !is_bent; ++k) {
-            vec3 place = k < 0 ? at.position : lightmesh_cache_record_place(lightmesh_cache_cell.taps[k]);
+            vec3 position = k < 0 ? at.position : lightmesh_cache_record_position(lightmesh_cache_cell.taps[k]);
             vec3 normal = k < 0 ? at.normal : lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
-            is_bent = !lightmesh_cache_is_zero(normal) && lightmesh_cache_is_cut(light, place, normal);
+            is_bent = !lightmesh_cache_is_zero(normal) && lightmesh_cache_is_cut(light, position, normal);
         }
         if (is_bent && lightmesh_cache_is_grazing(light, at, limit))
             lightmesh_cache_add(bent, l);
@@ -1024,14 +1024,14 @@ uint lightmesh_cache_mask(uvec4 lanes) {
 uvec4 lightmesh_cache_found[16];
 uvec2 lightmesh_cache_left[16];
 
-// Finds S of lights along one way. Those for which something is lacking come back.
+// Finds S of lights along one facing. Those for which something is lacking come back.
 uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint tile, uvec2 lights,
                                  uvec2 smooth_lights) {
     uvec2 unknown = uvec2(0u);
     bool is_first = true;
     int finest = lightmesh_cache_finest();
     bool has_exact_edges = (lightmesh_cache_places[0].w & 256u) != 0u;
-    ivec3 axes = lightmesh_cache_axes(at.ways[turn]);
+    ivec3 axes = lightmesh_cache_axes(at.facings[turn]);
     for (int k = 0; k < 16; ++k)
         lightmesh_cache_found[k] = uvec4(0u);
     for (int level = at.first_level; (lights.x | lights.y) != 0u; ++level) {
@@ -1064,7 +1064,7 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         if (is_base && level < 11 && !is_last) {
             ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
             how.window = uint(min(8 * min(inside.x, inside.y), 32768));
-            uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.ways[turn], axes, level) : 0u;
+            uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.facings[turn], axes, level) : 0u;
             if (probe != 0u)
                 how.probe = lightmesh_cache_record_row(probe, tile);
             if (how.window != 0u)
@@ -1138,19 +1138,19 @@ void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, 
     if ((lights.x | lights.y | smooth_lights.x | smooth_lights.y) == 0u)
         return;
     // Rays from the point itself: without a normal, or below the facet but not below the smooth surface.
-    uvec2 by_rays = at.way_count == 0 ? lights : smooth_lights & ~lights;
+    uvec2 by_rays = at.facing_count == 0 ? lights : smooth_lights & ~lights;
     if ((by_rays.x | by_rays.y) != 0u)
         at.lacks |= lightmesh_cache_lacks_rays;
-    // Of several ways the sum, of which the upper words stand in `shares` until it is whole.
+    // Of several facings the sum, of which the upper words stand in `shares` until it is whole.
     uint words = (count + 3u) / 4u;
-    shares.is_float = at.way_count > 1;
+    shares.is_float = at.facing_count > 1;
     uvec4 low[16];
-    for (int turn = 0; turn < at.way_count; ++turn) {
+    for (int turn = 0; turn < at.facing_count; ++turn) {
         shares.unknown |= lightmesh_cache_find_along(at, turn, tile, lights, smooth_lights);
         for (uint k = 0u; k < words; ++k) {
             uvec4 found = lightmesh_cache_found[k], high = uvec4(0u);
             if (shares.is_float) {
-                umulExtended(found, uvec4(uint(at.way_weights[turn])), high, found);
+                umulExtended(found, uvec4(uint(at.facing_weights[turn])), high, found);
                 if (turn > 0) {
                     found += low[k];
                     high += shares.values[k] + uvec4(lessThan(found, low[k]));

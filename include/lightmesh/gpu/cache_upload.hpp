@@ -196,14 +196,15 @@ private:
             const detail::StoredRecord& stored = reader.records()[i];
             detail::Record record;
             detail::CacheReader::copy(stored, record);
-            const detail::Way way = stored.key.way();
-            const detail::Column column = detail::column_of(reader.lattice(), stored.key, record, way, false);
+            const detail::Facing facing = stored.key.facing();
+            const detail::Column column =
+                detail::column_of(reader.lattice(), stored.key, record, facing, false);
             const auto half = [&](int k) {
                 return std::uint32_t{static_cast<std::uint16_t>(stored.normal[static_cast<std::size_t>(k)])};
             };
-            const std::uint32_t index = static_cast<std::uint32_t>(column.key.index()[way.axis]) << 1 |
+            const std::uint32_t index = static_cast<std::uint32_t>(column.key.index()[facing.axis]) << 1 |
                                         (record.is_on_surface() ? 1u : 0u);
-            words_[at.records + 2 * i] = triple(column.place, half(0) | half(1) << 16);
+            words_[at.records + 2 * i] = triple(column.position, half(0) | half(1) << 16);
             words_[at.records + 2 * i + 1] = {half(2) | std::uint32_t{stored.links} << 16, index, word(tiles),
                                               stored.tile_count};
             for (const detail::StoredTile& tile : reader.tiles_of(stored))

@@ -224,8 +224,8 @@ uint lightmesh_light_at(uint tile, uint l) {
                             lightmesh_light_words * (64u * tile + l) + 15u];
 }
 
-uint lightmesh_light(uint place) {
-    return lightmesh_light_tile_words * lightmesh_tile_count() + lightmesh_light_words * place;
+uint lightmesh_light(uint slot) {
+    return lightmesh_light_tile_words * lightmesh_tile_count() + lightmesh_light_words * slot;
 }
 
 vec3 lightmesh_light_vector(uint word) {
@@ -253,19 +253,19 @@ uvec2 lightmesh_dot(vec3 a, vec3 b) {
     return sum;
 }
 
-// Whether a light's cone holds the way from the light to a point; exact.
-bool lightmesh_cone_holds(uint light, vec3 way, bool is_wide) {
+// Whether a light's cone holds the offset from the light to a point; exact.
+bool lightmesh_cone_holds(uint light, vec3 offset, bool is_wide) {
     uvec2 along = uvec2(0u), across = uvec2(0u);
     for (int i = 0; i < 3; ++i) {
         int j = i == 2 ? 0 : i + 1, k = i == 0 ? 2 : i - 1;
         uvec2 axis_j = lightmesh_light_double(light + 7u + 2u * uint(j));
         uvec2 axis_k = lightmesh_light_double(light + 7u + 2u * uint(k));
-        uvec2 way_j = lightmesh_double_of(way[j]), way_k = lightmesh_double_of(way[k]);
-        uvec2 component = lightmesh_double_subtract(lightmesh_double_multiply(axis_j, way_k),
-                                                    lightmesh_double_multiply(way_j, axis_k));
+        uvec2 offset_j = lightmesh_double_of(offset[j]), offset_k = lightmesh_double_of(offset[k]);
+        uvec2 component = lightmesh_double_subtract(lightmesh_double_multiply(axis_j, offset_k),
+                                                    lightmesh_double_multiply(offset_j, axis_k));
         across = lightmesh_double_add(across, lightmesh_double_multiply(component, component));
         uvec2 axis_i = lightmesh_light_double(light + 7u + 2u * uint(i));
-        along = lightmesh_double_add(along, lightmesh_double_multiply(axis_i, lightmesh_double_of(way[i])));
+        along = lightmesh_double_add(along, lightmesh_double_multiply(axis_i, lightmesh_double_of(offset[i])));
     }
     uvec2 limit = lightmesh_double_multiply(lightmesh_light_double(light + 13u), along);
     limit = lightmesh_double_multiply(limit, along);
@@ -279,9 +279,9 @@ float lightmesh_double_as_float(uint word) {
 }
 
 // The same; by floats where they can tell.
-bool lightmesh_in_cone(uint light, vec3 way, bool is_wide) {
-    float largest = lightmesh_largest(way);
-    vec3 w = way / largest;
+bool lightmesh_in_cone(uint light, vec3 offset, bool is_wide) {
+    float largest = lightmesh_largest(offset);
+    vec3 w = offset / largest;
     vec3 axis = vec3(lightmesh_double_as_float(light + 7u), lightmesh_double_as_float(light + 9u),
                      lightmesh_double_as_float(light + 11u));
     float tangent_squared = lightmesh_double_as_float(light + 13u);
@@ -291,7 +291,7 @@ bool lightmesh_in_cone(uint light, vec3 way, bool is_wide) {
     float difference = limit - dot(across, across);
     float band = 3.8e-6 * (3.0 + 2.0 * tangent_squared * abs(along));
     if (!(largest > 1e-15 && largest < 1e15 && abs(along) > 3.8e-6 && abs(difference) > band))
-        return lightmesh_cone_holds(light, way, is_wide);
+        return lightmesh_cone_holds(light, offset, is_wide);
     return is_wide ? along > 0.0 || difference < 0.0 : along > 0.0 && difference > 0.0;
 }
 
@@ -310,20 +310,20 @@ uvec2 lightmesh_reaching(vec3 P, vec3 n, uint tile) {
         uint kind = lightmesh_lights[light + 3u];
         vec3 at = lightmesh_light_vector(light);
         bool is_directional = (kind & lightmesh_is_directional) != 0u;
-        precise vec3 way = is_directional ? at : at - P;
-        float height = dot(n, way);
+        precise vec3 offset = is_directional ? at : at - P;
+        float height = dot(n, offset);
         if (height < -band || (kind & lightmesh_reaches_nothing) != 0u)
             continue;
-        if (!(height > band) && lightmesh_double_is_negative(lightmesh_dot(n, way)))
+        if (!(height > band) && lightmesh_double_is_negative(lightmesh_dot(n, offset)))
             continue;
         if ((kind & lightmesh_has_range) != 0u) {
-            float distance = dot(way, way);
+            float distance = dot(offset, offset);
             float range = uintBitsToFloat(lightmesh_lights[light + 6u]);  // squared
             bool is_told = (kind & lightmesh_has_odd_range) == 0u;
             if (is_told && distance > 1.00001 * range)
                 continue;
             if (!(is_told && distance < 0.99999 * range) &&
-                lightmesh_double_less(lightmesh_light_double(light + 4u), lightmesh_dot(way, way)))
+                lightmesh_double_less(lightmesh_light_double(light + 4u), lightmesh_dot(offset, offset)))
                 continue;
         }
         if ((kind & lightmesh_has_cone) != 0u) {
@@ -436,20 +436,20 @@ int lightmesh_lowest_height(float largest) {
 }
 
 // Places in the grid, in steps, as `Grid::locate`.
-struct LightMeshPlace {
+struct LightMeshGridPos {
     uvec2 at[3];
 };
 
 const uint lightmesh_no_brick = 0xffffffffu;
 
 // Fills in the hemisphere; false if P lies outside of the grid.
-bool lightmesh_find_hemisphere(inout LightMeshPoint p, out LightMeshPlace place) {
+bool lightmesh_find_hemisphere(inout LightMeshPoint p, out LightMeshGridPos grid_pos) {
     LightMeshFixed quality = lightmesh_fixed(lightmesh_double_of(lightmesh.quality));
     for (int axis = 0; axis < 3; ++axis) {
         uvec2 at = lightmesh_double_multiply(
             lightmesh_double_subtract(lightmesh_double_of(p.position[axis]), lightmesh.origin[axis]),
             lightmesh.inverse_step);
-        place.at[axis] = at;
+        grid_pos.at[axis] = at;
         if (!lightmesh_double_less(lightmesh_double_abs(at), lightmesh_double_of(16777152.0)))
             return false;
         LightMeshFixed fixed_at = lightmesh_fixed(at);
@@ -591,16 +591,16 @@ void lightmesh_request(inout LightMeshPoint p) {
 
 // ---- the linked short test
 
-vec3 lightmesh_light_point(ivec3 place) {
+vec3 lightmesh_light_point(ivec3 light_point) {
     vec3 position;
     for (int axis = 0; axis < 3; ++axis)
         position[axis] = lightmesh_double_to_float(lightmesh_double_add(
-            lightmesh.origin[axis], lightmesh_double_multiply(lightmesh.step, lightmesh_double_of(place[axis]))));
+            lightmesh.origin[axis], lightmesh_double_multiply(lightmesh.step, lightmesh_double_of(light_point[axis]))));
     return position;
 }
 
-bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 place) {
-    ivec3 d = ((place - 4 * p.first) << lightmesh.fraction_bits) - p.position;
+bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
+    ivec3 d = ((light_point - 4 * p.first) << lightmesh.fraction_bits) - p.position;
     ivec3 squares = d * d, heights = d * p.slope;
     return squares.x + squares.y + squares.z < lightmesh.radius_squared &&
            heights.x + heights.y + heights.z > p.lowest_height;
@@ -673,17 +673,17 @@ ivec3 lightmesh_point_at(LightMeshPoint p, int number) {
     return ivec3(0);
 }
 
-bool lightmesh_is_reached(LightMeshPoint p, ivec3 place) {
+bool lightmesh_is_reached(LightMeshPoint p, ivec3 light_point) {
     if (p.floods.count == 0)
         return false;
-    uvec2 reached = lightmesh_reached_by_all(p.floods, place >> 2);
-    int bit = 8 * ((place.x >> 1 & 1) + 2 * (place.y >> 1 & 1) + 4 * (place.z >> 1 & 1)) + (place.x & 1) +
-              2 * (place.y & 1) + 4 * (place.z & 1);
+    uvec2 reached = lightmesh_reached_by_all(p.floods, light_point >> 2);
+    int bit = 8 * ((light_point.x >> 1 & 1) + 2 * (light_point.y >> 1 & 1) + 4 * (light_point.z >> 1 & 1)) + (light_point.x & 1) +
+              2 * (light_point.y & 1) + 4 * (light_point.z & 1);
     return ((bit < 32 ? reached.x : reached.y) >> (bit & 31) & 1u) != 0u;
 }
 
 // Sets m, and the floods whose light points are averaged.
-void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
+void lightmesh_link(inout LightMeshPoint p, LightMeshGridPos grid_pos) {
     bool is_uniform = true;
     bool is_lit = false;
     for (uint t = 0u; t < lightmesh_tile_count(); ++t) {
@@ -707,7 +707,7 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
     ivec3 low, fraction;
     for (int axis = 0; axis < 3; ++axis) {
         uvec2 ahead = lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), in_front);
-        LightMeshFixed at = lightmesh_fixed(lightmesh_double_add(place.at[axis], ahead));
+        LightMeshFixed at = lightmesh_fixed(lightmesh_double_add(grid_pos.at[axis], ahead));
         low[axis] = at.whole;
         bool rounds_to_one = at.high == 0xffffffffu && at.low >= 0xfffffc00u;
         fraction[axis] = rounds_to_one ? 1024 : int(at.high >> 22);
@@ -720,10 +720,10 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshPlace place) {
             int best = 0, least = 0x7fffffff;
             for (int corner = 0; corner < 8; ++corner) {
                 ivec3 to = ivec3(corner & 1, corner >> 1 & 1, corner >> 2);
-                ivec3 way = 1024 * to - fraction;
+                ivec3 to_corner = 1024 * to - fraction;
                 ivec3 pos = low + to;
                 bool is_even = ((pos.x ^ pos.y ^ pos.z) & 1) == 0;
-                int rank = 8 * (way.x * way.x + way.y * way.y + way.z * way.z + (is_even ? 0 : 1 << 24)) + corner;
+                int rank = 8 * (to_corner.x * to_corner.x + to_corner.y * to_corner.y + to_corner.z * to_corner.z + (is_even ? 0 : 1 << 24)) + corner;
                 if ((left >> corner & 1u) != 0u && rank < least) {
                     least = rank;
                     best = corner;
@@ -786,8 +786,8 @@ LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
     precise float offset = lightmesh_largest(P) * 1.9073486328125e-6 + lightmesh.step_float * 4.8828125e-4;
     precise vec3 end = P + offset * p.unit;
     p.end = end;
-    LightMeshPlace place;
-    if (!lightmesh_find_hemisphere(p, place)) {
+    LightMeshGridPos grid_pos;
+    if (!lightmesh_find_hemisphere(p, grid_pos)) {
         p.missing = lightmesh_outside;
         return p;
     }
@@ -802,7 +802,7 @@ LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
 #ifdef LIGHTMESH_NO_RAYS
     p.missing = lightmesh_no_ray;
 #else
-    lightmesh_link(p, place);
+    lightmesh_link(p, grid_pos);
 #endif
     return p;
 }
@@ -902,11 +902,11 @@ vec3 lightmesh_light_end(uint light, vec3 end) {
 }
 
 // A long test, as `fill` traces it on the CPU: whether light point p of a brick (see `LongTestWord`) sees the light
-// at a place, 64 * tile + l.
-bool lightmesh_sees_light(ivec3 brick, uint p, uint place) {
+// in a slot, 64 * tile + l.
+bool lightmesh_sees_light(ivec3 brick, uint p, uint slot) {
     ivec3 in_brick = ivec3((p & 1u) | (p >> 2 & 2u), (p >> 1 & 1u) | (p >> 3 & 2u), (p >> 2 & 1u) | (p >> 4 & 2u));
     vec3 point = lightmesh_light_point(4 * brick + in_brick);
-    uint light = lightmesh_light(place);
+    uint light = lightmesh_light(slot);
     vec3 end = lightmesh_light_end(light, point);
     bool is_far = (lightmesh_lights[light + 3u] & lightmesh_is_directional) != 0u ||
                   lightmesh_largest(lightmesh_light_vector(light)) > 16384.0 * lightmesh.step_float;

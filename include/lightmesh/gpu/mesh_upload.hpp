@@ -185,7 +185,7 @@ private:
         enum : std::uint32_t { directional = 1, range = 2, cone = 4, wide = 8, nothing = 16, odd_range = 32 };
         const detail::LightCone of = tile.cones.empty() ? detail::LightCone{} : tile.cones[l];
         std::uint32_t kind = 0;
-        kind |= tile.nearness[l] == 0.0f ? directional : 0u;
+        kind |= tile.w[l] == 0.0f ? directional : 0u;
         kind |= std::isinf(tile.range_squared[l]) ? 0u : range;
         kind |= of.is_everything ? 0u : cone;
         kind |= of.is_wide ? wide : 0u;
@@ -327,16 +327,16 @@ private:
         }
         const std::uint32_t old = words(bricks)[at];
         const std::uint32_t old_size = size_of_cell(old);
-        std::uint32_t place = old / 2 - 1;
+        std::uint32_t index = old / 2 - 1;
         if (size != old_size) {
             if (old_size != 0)
-                pool_.give_back(place, old_size);
+                pool_.give_back(index, old_size);
             if (size != 0)
-                place = pool_.take(size, words(bits));
+                index = pool_.take(size, words(bits));
         }
         for (std::uint32_t p = 0; p < size; ++p)
-            words(bits).set(2 * (std::size_t{place} + p), points[p]);
-        words(bricks).set(at, size == 0 ? 0u : 2 * (place + 1) + (size == 1 ? 1u : 0u));
+            words(bits).set(2 * (std::size_t{index} + p), points[p]);
+        words(bricks).set(at, size == 0 ? 0u : 2 * (index + 1) + (size == 1 ? 1u : 0u));
     }
 
     static std::uint32_t size_of_cell(std::uint32_t cell) {
@@ -362,11 +362,11 @@ private:
             seeds |= std::uint64_t{1} << bit;
             flood = view.next();
         }
-        std::array<std::uint32_t, 64> places = old_floods(record);
+        std::array<std::uint32_t, 64> floods = old_floods(record);
         const auto had = (std::uint64_t{words(bricks)[record + 3]} << 32) | words(bricks)[record + 2];
         for (std::uint64_t rest = had | seeds; rest != 0; rest &= rest - 1) {
             const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
-            places[bit] = set_flood(brick, static_cast<int>(bit), found[bit], places[bit]);
+            floods[bit] = set_flood(brick, static_cast<int>(bit), found[bit], floods[bit]);
         }
         const auto old_size = static_cast<std::uint32_t>((std::popcount(had) + 1) / 2);
         const auto size = static_cast<std::uint32_t>((std::popcount(seeds) + 1) / 2);
@@ -380,28 +380,28 @@ private:
         words(bricks).set(record + 2, seeds);
         std::size_t word = 2 * (std::size_t{table} - 1);
         for (std::uint64_t rest = seeds; rest != 0; rest &= rest - 1)
-            words(bits).set(word++, places[static_cast<std::size_t>(std::countr_zero(rest))]);
+            words(bits).set(word++, floods[static_cast<std::size_t>(std::countr_zero(rest))]);
     }
 
     /// Places plus one of a brick's floods by the numbers of their seeds.
     std::array<std::uint32_t, 64> old_floods(std::size_t record) {
-        std::array<std::uint32_t, 64> places{};
+        std::array<std::uint32_t, 64> floods{};
         const auto had = (std::uint64_t{words(bricks)[record + 3]} << 32) | words(bricks)[record + 2];
         std::size_t word = 2 * (std::size_t{words(bricks)[record]} - 1);
         for (std::uint64_t rest = had; rest != 0; rest &= rest - 1)
-            places[static_cast<std::size_t>(std::countr_zero(rest))] = words(bits)[word++];
-        return places;
+            floods[static_cast<std::size_t>(std::countr_zero(rest))] = words(bits)[word++];
+        return floods;
     }
 
-    std::uint32_t flood_size(std::uint32_t place) {
+    std::uint32_t flood_size(std::uint32_t index) {
         std::uint32_t size = flood_head();
         for (std::uint32_t w = 0; w < flood_words(); ++w)
             size +=
-                static_cast<std::uint32_t>(std::popcount(words(bits)[2 * (std::size_t{place} + 2 + w) + 1]));
+                static_cast<std::uint32_t>(std::popcount(words(bits)[2 * (std::size_t{index} + 2 + w) + 1]));
         return size;
     }
 
-    /// Writes a flood, or null for none, over an old one (its place plus one, or 0). Returns its place plus
+    /// Writes a flood, or null for none, over an old one (its index plus one, or 0). Returns its index plus
     /// one.
     std::uint32_t set_flood(const detail::Brick& brick, int seed_bit, const std::uint64_t* from,
                             std::uint32_t old) {

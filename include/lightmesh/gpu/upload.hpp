@@ -149,19 +149,19 @@ public:
     std::uint32_t take(std::uint32_t size, UploadWords& words) {
         std::vector<std::uint32_t>& free = free_[size];
         if (!free.empty()) {
-            const std::uint32_t place = free.back();
+            const std::uint32_t index = free.back();
             free.pop_back();
-            return place;
+            return index;
         }
         constexpr std::uint64_t most = (std::uint64_t{1} << 31) - 2;
         if (most - end_ < size)
             throw std::length_error("lightmesh: the mesh is too large for a shader");
-        const auto place = static_cast<std::uint32_t>(end_);
+        const auto index = static_cast<std::uint32_t>(end_);
         end_ += size;
         words.grow(2 * static_cast<std::size_t>(end_));
-        return place;
+        return index;
     }
-    void give_back(std::uint32_t place, std::uint32_t size) { free_[size].push_back(place); }
+    void give_back(std::uint32_t index, std::uint32_t size) { free_[size].push_back(index); }
 
 private:
     std::uint64_t end_ = 0;

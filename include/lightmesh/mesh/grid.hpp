@@ -72,16 +72,15 @@ public:
                 static_cast<float>(origin_.z + rounded(step_ * index.z))};
     }
 
-    /// The place of a point in the grid, in steps from the origin. Throws std::out_of_range that names the
+    /// The position of a point in the grid, in steps from the origin. Throws std::out_of_range that names the
     /// point if the light points around it have no index.
     glm::dvec3 locate(const glm::vec3& point) const {
-        const glm::dvec3 place = (glm::dvec3(point) - origin_) * (1.0 / step_);
+        const glm::dvec3 pos = (glm::dvec3(point) - origin_) * (1.0 / step_);
         constexpr double limit = max_index - 64.0;
-        const bool inside =
-            std::abs(place.x) < limit && std::abs(place.y) < limit && std::abs(place.z) < limit;
+        const bool inside = std::abs(pos.x) < limit && std::abs(pos.y) < limit && std::abs(pos.z) < limit;
         if (!inside)
             throw_outside(point);
-        return place;
+        return pos;
     }
 
     /// The greatest q.

@@ -19,7 +19,7 @@ namespace lightmesh::detail {
 
 /// Where a light shines from and how far; nothing for a light without a range, which shines everywhere.
 struct LightBall {
-    glm::vec3 middle{0.0f};
+    glm::vec3 centre{0.0f};
     float range = std::numeric_limits<float>::infinity();
     bool is_bounded() const { return std::isfinite(range); }
 };
@@ -44,29 +44,29 @@ public:
         glm::vec3 high(std::numeric_limits<float>::lowest());
         for (const LightShape& light : lights) {
             if (is_bounded(light)) {
-                low = (glm::min)(low, ball_of(light).middle);
-                high = (glm::max)(high, ball_of(light).middle);
+                low = (glm::min)(low, ball_of(light).centre);
+                high = (glm::max)(high, ball_of(light).centre);
             }
         }
         std::vector<std::uint32_t> codes;
         for (const LightShape& light : lights)
-            codes.push_back(is_bounded(light) ? 1 + morton_code(ball_of(light).middle, low, high) : 0);
+            codes.push_back(is_bounded(light) ? 1 + morton_code(ball_of(light).centre, low, high) : 0);
         light_at_.resize(lights.size());
         for (std::size_t light = 0; light < lights.size(); ++light)
             light_at_[light] = light;
         std::ranges::stable_sort(light_at_, {}, [&](std::size_t light) { return codes[light]; });
-        place_of_.resize(lights.size());
-        for (std::size_t place = 0; place < lights.size(); ++place)
-            place_of_[light_at_[place]] = place;
+        slot_of_.resize(lights.size());
+        for (std::size_t slot = 0; slot < lights.size(); ++slot)
+            slot_of_[light_at_[slot]] = slot;
     }
 
     bool operator==(const LightOrder&) const = default;
 
     /// Whether the order is the user's own.
     bool is_given() const { return light_at_.empty(); }
-    std::size_t light_at(std::size_t place) const { return is_given() ? place : light_at_[place]; }
-    std::size_t place_of(std::size_t light) const { return is_given() ? light : place_of_[light]; }
-    std::size_t bytes() const { return (light_at_.capacity() + place_of_.capacity()) * sizeof(std::size_t); }
+    std::size_t light_at(std::size_t slot) const { return is_given() ? slot : light_at_[slot]; }
+    std::size_t slot_of(std::size_t light) const { return is_given() ? light : slot_of_[light]; }
+    std::size_t bytes() const { return (light_at_.capacity() + slot_of_.capacity()) * sizeof(std::size_t); }
 
 private:
     /// 10 bits an axis, x first, of the place in the box.
@@ -84,7 +84,7 @@ private:
     }
 
     std::vector<std::size_t> light_at_;
-    std::vector<std::size_t> place_of_;
+    std::vector<std::size_t> slot_of_;
 };
 
 }  // namespace lightmesh::detail

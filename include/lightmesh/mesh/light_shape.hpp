@@ -37,11 +37,11 @@ struct LightCone {
     /// Everything before a plane, without the plane.
     static LightCone in_front_of(const glm::dvec3& unit_normal) { return {unit_normal, 1e30, false, false}; }
 
-    /// Whether a way from the light, of any length, leads along one of the directions.
-    bool contains(const glm::vec3& way) const {
+    /// Whether an offset from the light, of any length, leads along one of the directions.
+    bool contains(const glm::vec3& offset) const {
         if (is_everything)
             return true;
-        const glm::dvec3 w(way);
+        const glm::dvec3 w(offset);
         const double along = glm::dot(axis, w);
         const glm::dvec3 across = glm::cross(axis, w);
         const double across_squared = glm::dot(across, across);

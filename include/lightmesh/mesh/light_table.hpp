@@ -30,16 +30,17 @@
 
 namespace lightmesh::detail {
 
-/// 64 lights as columns. The way from P to a light is `at - nearness * P`: nearness is 1, or 0 for a
-/// directional light, whose `at` is the way itself. Places without a light are out of range of everything.
+/// 64 lights as columns. The direction from P to a light is `at - w * P`: w is 1, or 0 for a
+/// directional light, whose `at` is the direction itself. Slots without a light are out of range of
+/// everything.
 struct LightColumns {
     using Column = std::array<float, lights_per_tile>;
-    alignas(64) Column at_x{}, at_y{}, at_z{}, nearness{};
+    alignas(64) Column at_x{}, at_y{}, at_z{}, w{};
     std::array<double, lights_per_tile> range_squared = nothing_in_range();
     /// The same, for a first look; NaN where floats can't tell anything.
     alignas(64) Column coarse_range_squared{};
-    std::vector<LightCone> cones;  ///< empty, or one a place
-    std::uint64_t exists = 0;      ///< places with a light
+    std::vector<LightCone> cones;  ///< empty, or one a slot
+    std::uint64_t exists = 0;      ///< slots with a light
     bool has_ranges = false;
     float largest_at = 0.0f;  ///< the greatest sum of the magnitudes of x, y and z
     /// The box around all that the lights can reach.
@@ -50,7 +51,7 @@ struct LightColumns {
         at_x[l] = shape.at.x;
         at_y[l] = shape.at.y;
         at_z[l] = shape.at.z;
-        nearness[l] = shape.is_directional ? 0.0f : 1.0f;
+        w[l] = shape.is_directional ? 0.0f : 1.0f;
         const auto range = static_cast<double>(shape.range);
         range_squared[l] = shape.reaches_nothing() ? -1.0 : range * range;
         const bool fits = (range_squared[l] > 1e-30 && range_squared[l] < 1e30) || std::isinf(shape.range);
@@ -75,12 +76,12 @@ struct LightColumns {
     /// chi of equation (3) and the range. Products of two floats are exact in double: the answer does not
     /// depend on whether a compiler fuses them with the sums that follow.
     bool faces_in_range(std::size_t l, const glm::vec3& point, const glm::vec3& normal) const {
-        const auto x = static_cast<double>(at_x[l] - nearness[l] * point.x);
-        const auto y = static_cast<double>(at_y[l] - nearness[l] * point.y);
-        const auto z = static_cast<double>(at_z[l] - nearness[l] * point.z);
+        const auto x = static_cast<double>(at_x[l] - w[l] * point.x);
+        const auto y = static_cast<double>(at_y[l] - w[l] * point.y);
+        const auto z = static_cast<double>(at_z[l] - w[l] * point.z);
         const double height = static_cast<double>(normal.x) * x + static_cast<double>(normal.y) * y +
                               static_cast<double>(normal.z) * z;
-        const double distance = static_cast<double>(nearness[l]) * (x * x + y * y + z * z);
+        const double distance = static_cast<double>(w[l]) * (x * x + y * y + z * z);
         return (height >= 0.0) & (distance <= range_squared[l]);
     }
 
@@ -91,9 +92,9 @@ struct LightColumns {
     /// Whether any point within `radius` of the box can be reached, by range alone.
     bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
         const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
-        const glm::dvec3 way((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
-        const double least = (std::max)(glm::length(way) - 1.0001 * static_cast<double>(radius), 0.0);
-        return static_cast<double>(nearness[l]) * least * least <= range_squared[l];
+        const glm::dvec3 offset((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
+        const double least = (std::max)(glm::length(offset) - 1.0001 * static_cast<double>(radius), 0.0);
+        return static_cast<double>(w[l]) * least * least <= range_squared[l];
     }
 
 private:
@@ -105,14 +106,14 @@ private:
 
     void include(const LightBall& ball) {
         // Wider by some roundings, so that no point is left out that is in range.
-        const float range = 1.00001f * ball.range + 1e-6f * largest_component(ball.middle);
-        box_low = (glm::min)(box_low, ball.middle - range);
-        box_high = (glm::max)(box_high, ball.middle + range);
+        const float range = 1.00001f * ball.range + 1e-6f * largest_component(ball.centre);
+        box_low = (glm::min)(box_low, ball.centre - range);
+        box_high = (glm::max)(box_high, ball.centre + range);
     }
 };
 
 /// The lights of a mesh, checked and laid out for loops over many of them. A light has a number, the user's
-/// own, and a place: tiles and groups are of lights in neighbouring places.
+/// own, and a slot: tiles and groups are of lights in neighbouring slots.
 class LightTable {
 public:
     /// Throws what `check_light` throws.
@@ -156,10 +157,10 @@ public:
 
     /// Whether a light can reach a point at all: chi of equation (3), range and cone.
     bool can_light(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
-        const std::size_t place = order().place_of(light);
-        const LightColumns& tile = lights_->tiles[place / lights_per_tile];
-        return tile.faces_in_range(place % lights_per_tile, point, normal) &&
-               tile.inside_cone(place % lights_per_tile, point);
+        const std::size_t slot = order().slot_of(light);
+        const LightColumns& tile = lights_->tiles[slot / lights_per_tile];
+        return tile.faces_in_range(slot % lights_per_tile, point, normal) &&
+               tile.inside_cone(slot % lights_per_tile, point);
     }
 
     /// The segment of a long test. It starts at the light, so that neighbouring segments are coherent. Those
@@ -186,19 +187,18 @@ private:
             for (std::size_t tile = 0; tile < tiles.size(); ++tile)
                 fill(tile);
         }
-        /// The same places, with another light.
+        /// The same slots, with another light.
         Lights(const Lights& others, std::size_t light, const LightShape& shape)
             : shapes(others.shapes), order(others.order), tiles(others.tiles) {
             shapes[light] = shape;
-            fill(order.place_of(light) / lights_per_tile);
+            fill(order.slot_of(light) / lights_per_tile);
         }
 
         void fill(std::size_t tile) {
             tiles[tile] = {};
             const std::size_t first = tile * lights_per_tile;
-            for (std::size_t place = first; place < (std::min)(first + lights_per_tile, shapes.size());
-                 ++place)
-                tiles[tile].set(place - first, shapes[order.light_at(place)]);
+            for (std::size_t slot = first; slot < (std::min)(first + lights_per_tile, shapes.size()); ++slot)
+                tiles[tile].set(slot - first, shapes[order.light_at(slot)]);
         }
 
         std::vector<LightShape> shapes;
@@ -228,10 +228,10 @@ private:
     glm::vec3 far_end(const LightShape& shape, const glm::vec3& point) const {
         if (shape.is_directional)
             return point + shape.at * reach_;
-        const glm::vec3 way = shape.at - point;
-        const double distance = glm::length(glm::dvec3(way));
+        const glm::vec3 offset = shape.at - point;
+        const double distance = glm::length(glm::dvec3(offset));
         if (distance > static_cast<double>(reach_))
-            return point + unit_or_zero(way) * reach_;
+            return point + unit_or_zero(offset) * reach_;
         return light_end(shape.at, point, step_);
     }
 

@@ -37,7 +37,7 @@ struct MergeRules {
     std::span<const Bounds> changed;
     std::vector<bool> same_lights;      ///< for each light of the mesh whether the snapshot has it too
     std::vector<LightChange> lights{};  ///< where something has changed, for each light of the mesh
-    bool is_plain_copy = false;  ///< all lights are the same, in the same places, and nothing has changed
+    bool is_plain_copy = false;  ///< all lights are the same, in the same slots, and nothing has changed
 };
 
 /// For each of some lights whether others have the same at its number.
@@ -111,9 +111,9 @@ private:
             const std::size_t light = lights.order().light_at(t * lights_per_tile + l);
             std::uint64_t cells = 0;  // one bit a cell, at its first light point
             if (light_counts(brick, light)) {
-                const std::size_t place = view_.lights->order().place_of(light);
-                const std::size_t their_l = place % lights_per_tile;
-                if (const BrickTile* tile = view_.find_tile(brick, place / lights_per_tile)) {
+                const std::size_t slot = view_.lights->order().slot_of(light);
+                const std::size_t their_l = slot % lights_per_tile;
+                if (const BrickTile* tile = view_.find_tile(brick, slot / lights_per_tile)) {
                     cells = load_acquire(tile->known) >> (their_l / lights_per_group) & every_byte;
                     sampled |=
                         (std::uint64_t{load_acquire(tile->sampled)} >> (their_l / lights_per_group) & 1) << l;
@@ -131,7 +131,7 @@ private:
         }
         for (std::size_t group = (size + 7) / 8; group < 8; ++group)
             known &= ~(every_byte << group);
-        // In the groups that have lights places without one are dark.
+        // In the groups that have lights slots without one are dark.
         if (size < lights_per_tile) {
             samples.uniform |= ~std::uint64_t{0} << size;
             sampled |= ~std::uint64_t{0} << size;
@@ -308,7 +308,7 @@ private:
                     rules_.same_lights[i] = false;
             }
         }
-        // A mesh whose lights have moved has them in other places than one that is made of them.
+        // A mesh whose lights have moved has them in other slots than one that is made of them.
         rules_.is_plain_copy = mine.size() == theirs.size() && rules_.changed.empty() &&
                                data().lights().order() == from_.lights().order() &&
                                std::ranges::all_of(rules_.same_lights, [](bool is_same) { return is_same; });

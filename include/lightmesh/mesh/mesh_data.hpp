@@ -29,7 +29,7 @@
 namespace lightmesh::detail {
 
 /// The visibilities of up to 64 lights from all light points of a brick: bit p of word l is V(L, x) of the
-/// light at place l of the tile from light point p.
+/// light in slot l of the tile from light point p.
 using BrickWords = std::array<std::uint64_t, lights_per_tile>;
 
 /// What a tile of a brick knew before some of its lights changed: the others are still what they were.
@@ -94,9 +94,9 @@ public:
             return const_cast<Brick&>(*brick);
         const std::scoped_lock lock(growing_);
         Region& region = find_or_make_region(Region::key_of(coord));
-        std::uint32_t& place = region.bricks[Region::slot(coord)];
-        if (place != 0)
-            return bricks_[place - 1];
+        std::uint32_t& entry = region.bricks[Region::slot(coord)];
+        if (entry != 0)
+            return bricks_[entry - 1];
         const std::size_t tile_count = lights_.tile_count();
         const std::uint32_t tiles = tile_count > 1 ? tile_indices_.allocate(tile_count) : 0;
         const std::uint32_t index = bricks_.allocate();
@@ -104,7 +104,7 @@ public:
         brick.coord = {coord.x, coord.y, coord.z};
         brick.tiles = tiles;
         brick.used = frame_;
-        store_release(place, index + 1);
+        store_release(entry, index + 1);
         return brick;
     }
 
@@ -163,7 +163,7 @@ public:
     /// Gets ready for `forget` and `set_lights`, which do not throw then. Throws std::bad_alloc.
     void prepare_update() { forgotten_.resize(tiles_.size()); }
 
-    /// Takes other lights in the places of those that are there.
+    /// Takes other lights in the slots of those that are there.
     void set_lights(const LightTable& lights, const std::shared_ptr<const std::vector<Light>>& user_lights) {
         lights_.share(lights);
         user_lights_ = user_lights;
@@ -243,7 +243,7 @@ public:
     /// Whether lights were changed, or anything was forgotten, since it was made.
     bool was_updated() const { return !forgotten_.empty() || !lights_.has_own_order(); }
 
-    /// Stores all that another mesh with the same lights in the same places knows of a tile; returns false,
+    /// Stores all that another mesh with the same lights in the same slots knows of a tile; returns false,
     /// and does nothing, if something of the tile is known already.
     bool publish_copy(const Brick& brick, std::size_t t, const MeshView& from, const BrickTile& copied) {
         const SpinLock lock(const_cast<Brick&>(brick).lock);
@@ -324,8 +324,8 @@ public:
     /// The same for those of one region.
     template <class Visitor>
     void for_each_brick(const Region& region, Visitor&& visit) const {
-        for (const std::uint32_t& place : region.bricks)
-            if (const std::uint32_t brick = load_acquire(place))
+        for (const std::uint32_t& entry : region.bricks)
+            if (const std::uint32_t brick = load_acquire(entry))
                 visit(std::as_const(bricks_[brick - 1]));
     }
 
@@ -397,10 +397,10 @@ private:
     }
 
     BrickTile& find_or_make_tile(const Brick& brick, std::size_t t) {
-        auto& place = const_cast<std::uint32_t&>(view().tile_index(brick, t));
-        if (place == 0)
-            store_release(place, tiles_.allocate() + 1);
-        return tiles_[place - 1];
+        auto& entry = const_cast<std::uint32_t&>(view().tile_index(brick, t));
+        if (entry == 0)
+            store_release(entry, tiles_.allocate() + 1);
+        return tiles_[entry - 1];
     }
 
     /// Null where nothing was forgotten. Who asks holds the brick's lock, or is alone.

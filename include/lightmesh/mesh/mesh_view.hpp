@@ -63,7 +63,7 @@ struct MeshView {
         return load_relaxed(find_tile(brick, t)->lit) & of_lights;
     }
 
-    /// Bit p of the result: V(L, x) of the light at place l of tile t from light point p of a cell whose unit
+    /// Bit p of the result: V(L, x) of the light in slot l of tile t from light point p of a cell whose unit
     /// is known.
     std::uint8_t lit_in_cell(const BrickTile& tile, int cell, std::size_t l) const {
         const std::uint64_t bit = std::uint64_t{1} << l;

@@ -47,8 +47,8 @@ struct Hemisphere {
     std::int32_t radius_squared;
     std::int32_t lowest_height;
 
-    /// `grid_place` is what `Grid::locate` says of the point. A zero normal gives an empty hemisphere.
-    Hemisphere(const Grid& grid, const glm::dvec3& grid_place, const glm::vec3& point,
+    /// `grid_pos` is what `Grid::locate` says of the point. A zero normal gives an empty hemisphere.
+    Hemisphere(const Grid& grid, const glm::dvec3& grid_pos, const glm::vec3& point,
                const glm::vec3& unit_normal) {
         const double quality = static_cast<double>(grid.quality());
         fraction_bits = fraction_bits_of(quality);
@@ -59,7 +59,7 @@ struct Hemisphere {
         lowest_height =
             static_cast<std::int32_t>((std::min)(normal_one * (2.0 + one * rounding), 2147483647.0));
         for (int axis = 0; axis < 3; ++axis) {
-            const double at = grid_place[axis];
+            const double at = grid_pos[axis];
             first_brick[axis] = floor_to_int(at - quality) >> 2;
             bricks[axis] = (floor_to_int(at + quality) >> 2) - first_brick[axis] + 1;
             const double from_first = at - static_cast<double>(first_brick[axis] * brick_side);

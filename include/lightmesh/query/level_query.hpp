@@ -23,10 +23,11 @@ namespace lightmesh::detail {
 
 /// S of one light at one point.
 template <class Levels>
-float query_one(const Levels& levels, const SurfacePoint& point, std::size_t light, QueryStatistics* spent) {
+float query_one(const Levels& levels, const SurfacePoint& point, std::size_t light,
+                QueryStatistics* statistics) {
     const LevelChoice choice = levels.rule()(point.footprint);
     const auto ask = [&](int level) {
-        return query_one(levels.level(level), point.position, point.normal, light, spent);
+        return query_one(levels.level(level), point.position, point.normal, light, statistics);
     };
     const float fine = ask(choice.level);
     return choice.is_between() ? blended(fine, ask(choice.level + 1), choice.coarser_share) : fine;
@@ -38,32 +39,33 @@ class LevelQuery {
 public:
     static constexpr std::size_t most_points = 256;
 
-    LevelQuery(const Levels& levels, QueryStatistics* spent) : levels_(levels), spent_(spent) {}
+    LevelQuery(const Levels& levels, QueryStatistics* statistics)
+        : levels_(levels), statistics_(statistics) {}
 
     /// As `LightMesh::visibility` for up to `most_points` points.
     void run(std::span<const SurfacePoint> points, std::span<float> all) {
         for_each_level(points, [&](int k, const PointBatch& batch) {
-            BlockQuery(levels_.level(k), spent_).run(batch, all);
+            BlockQuery(levels_.level(k), statistics_).run(batch, all);
         });
     }
 
     /// As `BlockQuery::fill`, for as many points.
     void fill(std::span<const SurfacePoint> points) {
         for_each_level(points, [&](int k, const PointBatch& batch) {
-            BlockQuery(levels_.level(k), spent_).fill(batch);
+            BlockQuery(levels_.level(k), statistics_).fill(batch);
         });
     }
 
     /// As `BlockQuery::list`, for as many points; `units` are those of each level.
     void list(std::span<const SurfacePoint> points, std::vector<UnitTable>& units) {
         for_each_level(points, [&](int k, const PointBatch& batch) {
-            BlockQuery(levels_.level(k), spent_).list(batch, of_level(units, k));
+            BlockQuery(levels_.level(k), statistics_).list(batch, of_level(units, k));
         });
     }
     /// As `BlockQuery::list_links`, so too.
     void list_links(std::span<const SurfacePoint> points, std::vector<UnitTable>& cells) {
         for_each_level(points, [&](int k, const PointBatch& batch) {
-            BlockQuery(levels_.level(k), spent_).list_links(batch, of_level(cells, k));
+            BlockQuery(levels_.level(k), statistics_).list_links(batch, of_level(cells, k));
         });
     }
 
@@ -110,7 +112,7 @@ private:
     }
 
     const Levels& levels_;
-    QueryStatistics* spent_;
+    QueryStatistics* statistics_;
     std::size_t size_ = 0;
     std::array<LevelChoice, most_points> choices_;
     std::array<glm::vec3, most_points> positions_;

@@ -46,9 +46,10 @@ namespace lightmesh::detail {
 template <class Filler>
 class BlockQuery {
 public:
-    /// `spent`, which may be null, has all added but the number of points.
-    BlockQuery(const Filler& filler, QueryStatistics* spent)
-        : filler_(filler), mesh_(filler.data().view()), kernels_(kernels()), window_(mesh_), spent_(spent) {}
+    /// `statistics`, which may be null, has all added but the number of points.
+    BlockQuery(const Filler& filler, QueryStatistics* statistics)
+        : filler_(filler), mesh_(filler.data().view()), kernels_(kernels()), window_(mesh_),
+          statistics_(statistics) {}
 
     /// As `LightMesh::visibility` for many points; `all` holds all their rows.
     void run(const PointBatch& batch, std::span<float> all) {
@@ -144,14 +145,14 @@ private:
                 fill_row(point, std::numeric_limits<float>::quiet_NaN());
                 continue;
             }
-            point.grid_place = grid().locate(point.position);
+            point.grid_pos = grid().locate(point.position);
             if (!find_reaching_lights(point)) {
                 fill_row(point, 0.0f);
                 continue;
             }
             entry_count += find_neighbours(point, &entries_[entry_count]);
             if (short_test() == ShortTest::linked)
-                point.seeds = {grid(), point.grid_place, point.position, point.normal};
+                point.seeds = {grid(), point.grid_pos, point.position, point.normal};
             ++point_count_;
         }
         return next - first;
@@ -173,7 +174,7 @@ private:
     }
 
     std::size_t find_neighbours(QueryPoint& point, BrickPoints* entries) {
-        const Hemisphere hemisphere(grid(), point.grid_place, point.position, point.normal);
+        const Hemisphere hemisphere(grid(), point.grid_pos, point.position, point.normal);
         BrickMask masks[hemisphere_capacity];
         const std::size_t size = kernels_.find_masks(hemisphere, masks);
         if (!window_.cover(hemisphere.first_brick, hemisphere.bricks))
@@ -222,8 +223,8 @@ private:
             }
             trace(filler_.tracer(), std::span<const Segment>(segments).first(size),
                   std::span(hit).first(size));
-            if (spent_ != nullptr)
-                spent_->short_rays += size;
+            if (statistics_ != nullptr)
+                statistics_->short_rays += size;
             waiting_count = 0;
             for (std::size_t k = 0; k < size; ++k) {
                 QueryPoint& point = points_[waiting[k]];
@@ -310,11 +311,11 @@ private:
         // little more.
         const double reach = static_cast<double>(FloodBox::radius(grid().quality())) + 2.0;
         const glm::dvec3 normal(point.normal);
-        const auto side_of = [](double place) {
-            return floor_to_int(place / brick_side);
+        const auto side_of = [](double coordinate) {
+            return floor_to_int(coordinate / brick_side);
         };
-        const glm::dvec3 low = point.grid_place - reach;
-        const glm::dvec3 high = point.grid_place + reach;
+        const glm::dvec3 low = point.grid_pos - reach;
+        const glm::dvec3 high = point.grid_pos + reach;
         for (int z = side_of(low.z); z <= side_of(high.z); ++z)
             for (int y = side_of(low.y); y <= side_of(high.y); ++y)
                 for (int x = side_of(low.x); x <= side_of(high.x); ++x) {
@@ -322,7 +323,7 @@ private:
                     std::uint32_t before = 0;
                     for (int cell = 0; cell < cells_per_brick; ++cell) {
                         const glm::dvec3 way =
-                            glm::dvec3(grid_pos_of(coord, 8 * cell)) + 0.5 - point.grid_place;
+                            glm::dvec3(grid_pos_of(coord, 8 * cell)) + 0.5 - point.grid_pos;
                         if (glm::dot(way, way) < reach * reach && glm::dot(normal, way) > -1.5)
                             before |= 1u << cell;
                     }
@@ -428,12 +429,12 @@ private:
                 continue;
             // If each light is seen by all neighbours or by none, it does not matter which of them P sees.
             const bool is_right =
-                point.lights_agree && sees_any_neighbour(filler_.tracer(), mesh_, point, spent_);
+                point.lights_agree && sees_any_neighbour(filler_.tracer(), mesh_, point, statistics_);
             if (is_right && !awaits_rays(point))
                 continue;
             point.is_tested = true;
             if (!is_right)
-                test_neighbours(filler_.tracer(), mesh_, point, spent_);
+                test_neighbours(filler_.tracer(), mesh_, point, statistics_);
             if (point.neighbours.point_count() == 0)
                 note_empty();
             for (std::size_t t = 0; t < lights().tile_count(); ++t) {
@@ -454,8 +455,8 @@ private:
     }
 
     void note_empty() {
-        if (spent_ != nullptr)
-            ++spent_->empty_points;
+        if (statistics_ != nullptr)
+            ++statistics_->empty_points;
     }
 
     /// The case m = 0 of equation (3).
@@ -468,8 +469,8 @@ private:
                 filler_.tracer().occluded(lights().shadow_segment(light, surface_end_of(point, grid())))
                     ? 0.0f
                     : 1.0f;
-            if (spent_ != nullptr)
-                ++spent_->shadow_rays;
+            if (statistics_ != nullptr)
+                ++statistics_->shadow_rays;
         }
         give(point, tile, values.data());
     }
@@ -481,7 +482,7 @@ private:
     MeshView mesh_;
     const Kernels& kernels_;
     BrickWindow window_;
-    QueryStatistics* spent_;
+    QueryStatistics* statistics_;
     UnitTable* listed_ = nullptr;  ///< null: what is missing is found
     std::span<float> all_;
     std::size_t point_count_ = 0;
@@ -496,16 +497,16 @@ private:
 /// S of one light at one point, as `LightMesh::visibility`.
 template <class Filler>
 float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3& normal, std::size_t light,
-                QueryStatistics* spent) {
+                QueryStatistics* statistics) {
     if (!is_finite(position) || !is_finite(normal))
         return std::numeric_limits<float>::quiet_NaN();
     MeshView mesh = filler.data().view();
     QueryPoint point(position, normal);
-    point.grid_place = mesh.grid->locate(position);
+    point.grid_pos = mesh.grid->locate(position);
     if (!mesh.lights->can_light(light, position, point.normal))
         return 0.0f;
 
-    const Hemisphere hemisphere(*mesh.grid, point.grid_place, point.position, point.normal);
+    const Hemisphere hemisphere(*mesh.grid, point.grid_pos, point.position, point.normal);
     constexpr std::size_t capacity =
         Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis;
     BrickMask masks[capacity];
@@ -518,16 +519,16 @@ float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3
     point.neighbours = Neighbours(entries, size);
     mesh = filler.data().view();
     const ShortTest short_test = mesh.settings->short_test;
-    const std::size_t place = mesh.lights->order().place_of(light);
-    const std::size_t tile = place / lights_per_tile;
-    const std::uint64_t bit = std::uint64_t{1} << (place % lights_per_tile);
-    const std::uint64_t group = every_byte << (place % lights_per_tile / lights_per_group);
+    const std::size_t slot = mesh.lights->order().slot_of(light);
+    const std::size_t tile = slot / lights_per_tile;
+    const std::uint64_t bit = std::uint64_t{1} << (slot % lights_per_tile);
+    const std::uint64_t group = every_byte << (slot % lights_per_tile / lights_per_group);
     if (short_test == ShortTest::linked) {
         point.is_uniform = bricks_agree(mesh, point.neighbours.entries(), tile, bit);
-        point.seeds = {*mesh.grid, point.grid_place, point.position, point.normal};
+        point.seeds = {*mesh.grid, point.grid_pos, point.position, point.normal};
         while (point.next_seed()) {
-            if (spent != nullptr)
-                ++spent->short_rays;
+            if (statistics != nullptr)
+                ++statistics->short_rays;
             const Segment ray{surface_end_of(point, *mesh.grid), mesh.grid->position(point.seed)};
             if (!filler.tracer().occluded(ray) && (point.is_uniform || link_to_seed(filler, mesh, point)))
                 break;
@@ -550,20 +551,20 @@ float query_one(const Filler& filler, const glm::vec3& position, const glm::vec3
         mesh = filler.data().view();
     }
     const auto lit = [&] {
-        return count_lit(mesh, point.neighbours.entries(), tile, place % lights_per_tile);
+        return count_lit(mesh, point.neighbours.entries(), tile, slot % lights_per_tile);
     };
     if (short_test == ShortTest::exact && point.neighbours.point_count() != 0) {
         const int seen = lit();
         if ((seen == 0 || seen == point.neighbours.point_count()) &&
-            sees_any_neighbour(filler.tracer(), mesh, point, spent))
+            sees_any_neighbour(filler.tracer(), mesh, point, statistics))
             return seen == 0 ? 0.0f : 1.0f;
-        test_neighbours(filler.tracer(), mesh, point, spent);
+        test_neighbours(filler.tracer(), mesh, point, statistics);
     }
     if (point.neighbours.point_count() != 0)
         return static_cast<float>(lit()) / static_cast<float>(point.neighbours.point_count());
-    if (spent != nullptr) {
-        ++spent->empty_points;
-        ++spent->shadow_rays;
+    if (statistics != nullptr) {
+        ++statistics->empty_points;
+        ++statistics->shadow_rays;
     }
     const Segment ray = mesh.lights->shadow_segment(light, surface_end_of(point, *mesh.grid));
     return filler.tracer().occluded(ray) ? 0.0f : 1.0f;

@@ -33,7 +33,7 @@ struct QueryPoint {
 
     glm::vec3 position{0.0f};
     glm::vec3 normal{0.0f};  ///< of length 1 or 0
-    glm::dvec3 grid_place{0.0};
+    glm::dvec3 grid_pos{0.0};
     Neighbours neighbours;
     SeedCandidates seeds;
     glm::ivec3 seed{0};

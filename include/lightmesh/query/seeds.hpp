@@ -15,11 +15,11 @@
 
 namespace lightmesh::detail {
 
-/// The light points that a surface point may take as seeds of the linked short test, around a place just in
+/// The light points that a surface point may take as seeds of the linked short test, around a pos just in
 /// front of it. In front by more than the tie rule of `Hemisphere` asks for, so that a wall on a grid plane
 /// takes those before it, not those behind.
 ///
-/// First those of the grid cube that holds the place whose positions in the grid have an even sum, the nearer
+/// First those of the grid cube that holds the pos whose positions in the grid have an even sum, the nearer
 /// ones before the others; then the other corners of the cube. So there are half as many light points to keep
 /// floods for.
 class SeedCandidates {
@@ -28,7 +28,7 @@ public:
 
     SeedCandidates() = default;
 
-    /// The exponent of two of how far in front of a point the place lies, in steps; from the greatest of the
+    /// The exponent of two of how far in front of a point the pos lies, in steps; from the greatest of the
     /// magnitudes of the point's components.
     static int exponent_in_front(float largest_component_of_point, double step) {
         const double rounding = static_cast<double>(largest_component_of_point) * 0x1p-20 / step;
@@ -37,22 +37,23 @@ public:
         return exponent;
     }
 
-    SeedCandidates(const Grid& grid, const glm::dvec3& grid_place, const glm::vec3& point,
+    SeedCandidates(const Grid& grid, const glm::dvec3& grid_pos, const glm::vec3& point,
                    const glm::vec3& unit_normal) {
         // A power of two, so that its products are exact.
         const double in_front = std::ldexp(1.0, exponent_in_front(largest_component(point), grid.step()));
-        const glm::dvec3 place = grid_place + in_front * glm::dvec3(unit_normal);
-        low_ = {floor_to_int(place.x), floor_to_int(place.y), floor_to_int(place.z)};
-        const glm::ivec3 fraction{floor_to_int((place.x - low_.x) * 1024.0),
-                                  floor_to_int((place.y - low_.y) * 1024.0),
-                                  floor_to_int((place.z - low_.z) * 1024.0)};
+        const glm::dvec3 pos = grid_pos + in_front * glm::dvec3(unit_normal);
+        low_ = {floor_to_int(pos.x), floor_to_int(pos.y), floor_to_int(pos.z)};
+        const glm::ivec3 fraction{floor_to_int((pos.x - low_.x) * 1024.0),
+                                  floor_to_int((pos.y - low_.y) * 1024.0),
+                                  floor_to_int((pos.z - low_.z) * 1024.0)};
         for (int corner = 0; corner < count; ++corner) {
-            const glm::ivec3 way = 1024 * step_to(corner) - fraction;
+            const glm::ivec3 offset = 1024 * step_to(corner) - fraction;
             constexpr std::int32_t beyond_all_even = 1 << 24;
             // In the low bits the corner itself: ties are broken in a fixed order.
-            ranks_[static_cast<std::size_t>(corner)] = 8 * (way.x * way.x + way.y * way.y + way.z * way.z +
-                                                            (is_even(corner) ? 0 : beyond_all_even)) +
-                                                       corner;
+            ranks_[static_cast<std::size_t>(corner)] =
+                8 * (offset.x * offset.x + offset.y * offset.y + offset.z * offset.z +
+                     (is_even(corner) ? 0 : beyond_all_even)) +
+                corner;
         }
         left_ = count;
     }

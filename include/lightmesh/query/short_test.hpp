@@ -45,12 +45,12 @@ bool link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point)
 /// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
 template <Intersector Tracer>
 bool sees_any_neighbour(const Tracer& tracer, const MeshView& mesh, const QueryPoint& point,
-                        QueryStatistics* spent) {
+                        QueryStatistics* statistics) {
     const glm::vec3 end = surface_end_of(point, *mesh.grid);
     for (const BrickPoints& entry : point.neighbours.entries()) {
         for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1) {
-            if (spent != nullptr)
-                ++spent->short_rays;
+            if (statistics != nullptr)
+                ++statistics->short_rays;
             const glm::ivec3 pos = grid_pos_of(entry.brick->position(), std::countr_zero(rest));
             if (!tracer.occluded(Segment{end, mesh.grid->position(pos)}))
                 return true;
@@ -61,7 +61,8 @@ bool sees_any_neighbour(const Tracer& tracer, const MeshView& mesh, const QueryP
 
 /// The exact short test: leaves the neighbours that P sees, by a ray for each.
 template <Intersector Tracer>
-void test_neighbours(const Tracer& tracer, const MeshView& mesh, QueryPoint& point, QueryStatistics* spent) {
+void test_neighbours(const Tracer& tracer, const MeshView& mesh, QueryPoint& point,
+                     QueryStatistics* statistics) {
     const glm::vec3 end = surface_end_of(point, *mesh.grid);
     point.neighbours.narrow([&](const BrickPoints& entry) {
         std::array<Segment, most_segments> segments;
@@ -72,8 +73,8 @@ void test_neighbours(const Tracer& tracer, const MeshView& mesh, QueryPoint& poi
             segments[size++] = {end, mesh.grid->position(pos)};
         }
         trace(tracer, std::span<const Segment>(segments).first(size), std::span(hit).first(size));
-        if (spent != nullptr)
-            spent->short_rays += size;
+        if (statistics != nullptr)
+            statistics->short_rays += size;
         std::uint64_t seen = 0;
         std::size_t i = 0;
         for (std::uint64_t rest = entry.points; rest != 0; rest &= rest - 1)

@@ -132,7 +132,7 @@ private:
     Cells removed_;
 };
 
-/// The number of light points of a set that see one light, in place l of a tile; its group must be known.
+/// The number of light points of a set that see one light, in slot l of a tile; its group must be known.
 inline int count_lit(const MeshView& mesh, std::span<const BrickPoints> entries, std::size_t tile,
                      std::size_t l) {
     int lit = 0;

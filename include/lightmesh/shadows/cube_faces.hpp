@@ -12,7 +12,7 @@ namespace lightmesh::detail {
 
 inline constexpr std::size_t cube_face_count = 6;
 
-/// From the middle of the cube to that of a face; of length 1.
+/// From the centre of the cube to that of a face; of length 1.
 inline glm::vec3 cube_face_axis(std::size_t face) {
     glm::vec3 axis(0.0f);
     axis[static_cast<int>(face / 2)] = face % 2 == 0 ? 1.0f : -1.0f;

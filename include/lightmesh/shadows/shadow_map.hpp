@@ -77,7 +77,7 @@ enum class ShadowMapLookup {
 /// the texel where the surface is. (Directional light: b times the side of a texel.) What lies less than that
 /// behind a surface counts as lit.
 ///
-/// The four texels whose middles surround the point are asked. If they disagree, and lie on one surface
+/// The four texels whose centres surround the point are asked. If they disagree, and lie on one surface
 /// (their distances differ by up to 16 sides of a texel: seen at up to 85 degrees), the plane through them
 /// is compared with the point, so that surfaces do not shade themselves; else the majority by bilinear
 /// weights decides. Texels beyond the edge of a picture are those of the next face.
@@ -217,7 +217,7 @@ private:
 
     int whole(float texels) const { return std::clamp(static_cast<int>(texels), 0, resolution_ - 1); }
 
-    /// The texels whose middles surround a point: left and right of the upper row, then of the lower one.
+    /// The texels whose centres surround a point: left and right of the upper row, then of the lower one.
     struct Around {
         detail::TexelCoord coord;
         int column = 0;
@@ -290,9 +290,9 @@ private:
     }
 
     float filtered(const detail::TexelCoord& coord, float filter) const {
-        const auto inside = [filter](float middle, int texel) {
+        const auto inside = [filter](float centre, int texel) {
             const auto low = static_cast<float>(texel);
-            return (std::min)(middle + filter, low + 1.0f) - (std::max)(middle - filter, low);
+            return (std::min)(centre + filter, low + 1.0f) - (std::max)(centre - filter, low);
         };
         const int last_column = static_cast<int>(std::floor(coord.column + filter));
         const int last_row = static_cast<int>(std::floor(coord.row + filter));

@@ -138,12 +138,13 @@ public:
             const glm::dvec3 at((corner & 1) != 0 ? box.high.x : box.low.x,
                                 (corner & 2) != 0 ? box.high.y : box.low.y,
                                 (corner & 4) != 0 ? box.high.z : box.low.z);
-            const glm::dvec3 way = at - glm::dvec3(view.eye);
+            const glm::dvec3 offset = at - glm::dvec3(view.eye);
             const glm::dvec3 right(view.right);
             const glm::dvec3 down(view.down);
-            const double limit = edge * (view.orthographic ? 1.0 : glm::dot(glm::dvec3(view.forward), way));
-            const double x = glm::dot(right, way) / glm::dot(right, right);
-            const double y = glm::dot(down, way) / glm::dot(down, down);
+            const double limit =
+                edge * (view.orthographic ? 1.0 : glm::dot(glm::dvec3(view.forward), offset));
+            const double x = glm::dot(right, offset) / glm::dot(right, right);
+            const double y = glm::dot(down, offset) / glm::dot(down, down);
             is_beyond[0] &= x > limit;
             is_beyond[1] &= -x > limit;
             is_beyond[2] &= y > limit;

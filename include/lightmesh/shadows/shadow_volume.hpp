@@ -151,9 +151,9 @@ private:
                 high = first ? at : (glm::max)(high, at);
             }
         }
-        const glm::dvec3 middle = 0.5 * (low + high);
+        const glm::dvec3 centre = 0.5 * (low + high);
         const glm::dvec3 half = (glm::max)(0.5000001 * (high - low), glm::dvec3(1e-30));
-        frame.eye = middle.x * frame.right + middle.y * frame.down + middle.z * frame.forward;
+        frame.eye = centre.x * frame.right + centre.y * frame.down + centre.z * frame.forward;
         frame.right /= half.x;
         frame.down /= half.y;
         return frame;

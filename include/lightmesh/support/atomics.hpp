@@ -6,7 +6,7 @@
 #include <thread>
 
 /// Plain integers that several threads share. They stay plain so that what holds them can be copied, saved
-/// and read in place, byte by byte.
+/// and read in target, byte by byte.
 
 namespace lightmesh::detail {
 
@@ -22,38 +22,38 @@ T load_acquire(const T& value) {
 }
 
 template <class T>
-void store_relaxed(T& place, T value) {
-    std::atomic_ref<T>(place).store(value, std::memory_order_relaxed);
+void store_relaxed(T& target, T value) {
+    std::atomic_ref<T>(target).store(value, std::memory_order_relaxed);
 }
 
 template <class T>
-void store_release(T& place, T value) {
-    std::atomic_ref<T>(place).store(value, std::memory_order_release);
+void store_release(T& target, T value) {
+    std::atomic_ref<T>(target).store(value, std::memory_order_release);
 }
 
 template <class T>
-void or_relaxed(T& place, T bits) {
-    std::atomic_ref<T>(place).fetch_or(bits, std::memory_order_relaxed);
+void or_relaxed(T& target, T bits) {
+    std::atomic_ref<T>(target).fetch_or(bits, std::memory_order_relaxed);
 }
 
 template <class T>
-void or_release(T& place, T bits) {
-    std::atomic_ref<T>(place).fetch_or(bits, std::memory_order_release);
+void or_release(T& target, T bits) {
+    std::atomic_ref<T>(target).fetch_or(bits, std::memory_order_release);
 }
 
 /// Holds a lock that is a plain integer, 0 while it is free. For work of some hundred nanoseconds.
 class SpinLock {
 public:
-    explicit SpinLock(std::uint8_t& place) : place_(place) {
-        while (place_.exchange(1, std::memory_order_acquire) != 0)
+    explicit SpinLock(std::uint8_t& target) : target_(target) {
+        while (target_.exchange(1, std::memory_order_acquire) != 0)
             std::this_thread::yield();
     }
-    ~SpinLock() { place_.store(0, std::memory_order_release); }
+    ~SpinLock() { target_.store(0, std::memory_order_release); }
     SpinLock(const SpinLock&) = delete;
     SpinLock& operator=(const SpinLock&) = delete;
 
 private:
-    std::atomic_ref<std::uint8_t> place_;
+    std::atomic_ref<std::uint8_t> target_;
 };
 
 }  // namespace lightmesh::detail

@@ -34,7 +34,7 @@ inline double uniform_of(std::uint64_t number) {
     return static_cast<double>((number ^ number >> 31) >> 11) * 0x1p-53;
 }
 
-/// A lamp as seen along the segment to its middle that `ShadowRays` gives: the same origin, and ends that do
+/// A lamp as seen along the segment to its centre that `ShadowRays` gives: the same origin, and ends that do
 /// not let a fixture hide its own lamp, as `VisibilityCache` has them.
 class LampView {
 public:

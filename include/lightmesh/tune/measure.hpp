@@ -107,7 +107,7 @@ public:
     }
     Held held() const {
         const CacheStatistics now = cache_.statistics();
-        return {now.records, now.bytes, now.lamp_rays, now.place_rays + now.link_rays};
+        return {now.records, now.bytes, now.lamp_rays, now.drop_rays + now.link_rays};
     }
 
 private:

@@ -62,17 +62,17 @@ double first_blocker(const Tracer& tracer, const Segment& segment, double start)
     }
     blocked = (std::min)(blocked, length);
     for (int i = 0; i < 10; ++i) {
-        const double middle = 0.5 * (open + blocked);
-        (is_blocked(middle) ? blocked : open) = middle;
+        const double centre = 0.5 * (open + blocked);
+        (is_blocked(centre) ? blocked : open) = centre;
     }
     return blocked;
 }
 
 /// The median; `values` are not empty.
 inline double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    const auto centre = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), centre, values.end());
+    return *centre;
 }
 
 }  // namespace detail
@@ -82,7 +82,7 @@ inline double median(std::vector<double> values) {
 /// A lamp of radius R throws a penumbra of width w = 2 R d / D behind an edge at distance D from it, d before
 /// the surface (similar triangles through the edge). A mesh blurs an edge over 2 r, whatever the distances:
 /// so the radius that gives the typical penumbra of this scene its true width is r = R d / D. Point lights
-/// have no size; all of them are taken for lamps that the lit surface sees at `lamp_angle` from middle to
+/// have no size; all of them are taken for lamps that the lit surface sees at `lamp_angle` from centre to
 /// rim: R = lamp_angle * (d + D). The default is a big, soft lamp: it gives about the radii that published
 /// pictures have, and those of this project's scenes. A smaller one gives crisper shadows, which cost more:
 /// light points grow with 1 / r^2. A directional light, for which D is infinite, gives r = lamp_angle * d.

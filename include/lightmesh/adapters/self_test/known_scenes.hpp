@@ -97,12 +97,12 @@ inline glm::vec3 step_through_sheet(TestNumbers& numbers, bool is_straight) {
 /// Triangles of all sizes in all directions within +-5.
 inline std::vector<TestTriangle> test_soup(TestNumbers& numbers) {
     std::vector<TestTriangle> scene;
-    const Bounds middles{glm::vec3(-4.0f), glm::vec3(4.0f)};
+    const Bounds centres{glm::vec3(-4.0f), glm::vec3(4.0f)};
     const Bounds corners{glm::vec3(-1.0f), glm::vec3(1.0f)};
     while (scene.size() < 32) {
-        const glm::vec3 middle = numbers.inside(middles);
-        const TestTriangle triangle{middle + numbers.inside(corners), middle + numbers.inside(corners),
-                                    middle + numbers.inside(corners)};
+        const glm::vec3 centre = numbers.inside(centres);
+        const TestTriangle triangle{centre + numbers.inside(corners), centre + numbers.inside(corners),
+                                    centre + numbers.inside(corners)};
         if (glm::length(glm::cross(triangle[1] - triangle[0], triangle[2] - triangle[0])) > 0.5f)
             scene.push_back(triangle);
     }
@@ -126,12 +126,12 @@ inline std::optional<bool> blocks(const TestTriangle& triangle, const Segment& s
     };
     constexpr double doubt = 1e-3;
 
-    const Vector way = between(segment.origin, segment.target);
+    const Vector direction = between(segment.origin, segment.target);
     const Vector normal = cross(between(triangle[0], triangle[1]), between(triangle[0], triangle[2]));
-    const double slope = dot(normal, way);
+    const double slope = dot(normal, direction);
     const double along = dot(normal, between(segment.origin, triangle[0]));
     const double size = std::sqrt(dot(normal, normal));
-    const double length = std::sqrt(dot(way, way));
+    const double length = std::sqrt(dot(direction, direction));
     if (std::abs(slope) < doubt * size * length)
         return std::abs(along) > 2.0 * doubt * size * length ? std::optional(false) : std::nullopt;
     const double t = along / slope;
@@ -142,7 +142,7 @@ inline std::optional<bool> blocks(const TestTriangle& triangle, const Segment& s
     for (std::size_t i = 0; i < 3; ++i) {
         const Vector a = between(segment.origin, triangle[i]);
         const Vector b = between(segment.origin, triangle[(i + 1) % 3]);
-        const double share = dot(way, cross(a, b)) / slope;
+        const double share = dot(direction, cross(a, b)) / slope;
         if (share < -doubt)
             return false;
         is_sure = is_sure && share > doubt;

@@ -113,12 +113,12 @@ inline constexpr float test_tilt = 1e-4f;
 /// A segment along an axis, its target moved to the side by `test_tilt` of its length, or by as much as
 /// floats can tell.
 inline Segment tilted(const Segment& segment) {
-    const glm::vec3 way = segment.target - segment.origin;
+    const glm::vec3 direction = segment.target - segment.origin;
     const float shift =
-        (std::max)(largest_component(way) * test_tilt, largest_component(segment.target) * 0x1p-21f);
+        (std::max)(largest_component(direction) * test_tilt, largest_component(segment.target) * 0x1p-21f);
     Segment result = segment;
     for (int axis = 0; axis < 3; ++axis)
-        if (way[axis] == 0.0f)
+        if (direction[axis] == 0.0f)
             result.target[axis] += shift;
     return result;
 }

@@ -69,16 +69,15 @@ LIGHTMESH_AVX2 inline std::uint64_t find_reaching(const LampColumns& lamps, std:
         const __m256d x = _mm256_loadu_pd(&lamps.at_x[i]);
         const __m256d y = _mm256_loadu_pd(&lamps.at_y[i]);
         const __m256d z = _mm256_loadu_pd(&lamps.at_z[i]);
-        const __m256d nearness = _mm256_loadu_pd(&lamps.nearness[i]);
+        const __m256d w = _mm256_loadu_pd(&lamps.w[i]);
         const __m256d facing = _mm256_sub_pd(
             _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(n_x, x), _mm256_mul_pd(n_y, y)), _mm256_mul_pd(n_z, z)),
-            _mm256_mul_pd(nearness, height));
+            _mm256_mul_pd(w, height));
         __m256d reaches = _mm256_cmp_pd(facing, zero, _CMP_GE_OQ);
         if (lamps.has_ranges) {
             const __m256d is_near = in_range(_mm256_sub_pd(x, p_x), _mm256_sub_pd(y, p_y),
                                              _mm256_sub_pd(z, p_z), _mm256_loadu_pd(&lamps.range_squared[i]));
-            reaches =
-                _mm256_and_pd(reaches, _mm256_or_pd(is_near, _mm256_cmp_pd(nearness, zero, _CMP_EQ_OQ)));
+            reaches = _mm256_and_pd(reaches, _mm256_or_pd(is_near, _mm256_cmp_pd(w, zero, _CMP_EQ_OQ)));
         }
         mask |= static_cast<std::uint64_t>(_mm256_movemask_pd(reaches)) << i;
     }

@@ -45,12 +45,12 @@ inline std::uint64_t find_reaching(const LampColumns& lamps, std::size_t size, c
         std::uint32_t flags[2];
         for (std::size_t half = 0; half < 2; ++half) {
             const std::size_t i = first + 4 * half;
-            DoubleLanes x, y, z, nearness;
+            DoubleLanes x, y, z, w;
             load_half(lamps.at_x, i, x);
             load_half(lamps.at_y, i, y);
             load_half(lamps.at_z, i, z);
-            load_half(lamps.nearness, i, nearness);
-            auto reaches = n.x * x + n.y * y + n.z * z - nearness * height >= 0.0;
+            load_half(lamps.w, i, w);
+            auto reaches = n.x * x + n.y * y + n.z * z - w * height >= 0.0;
             if (lamps.has_ranges) {
                 DoubleLanes range_squared;
                 load_half(lamps.range_squared, i, range_squared);
@@ -58,7 +58,7 @@ inline std::uint64_t find_reaching(const LampColumns& lamps, std::size_t size, c
                 add_square(x - p.x, distance_squared);
                 add_square(y - p.y, distance_squared);
                 add_square(z - p.z, distance_squared);
-                reaches &= (distance_squared <= range_squared) | (nearness == 0.0);
+                reaches &= (distance_squared <= range_squared) | (w == 0.0);
             }
             const Flags bytes = __builtin_convertvector(reaches, Flags);
             std::memcpy(&flags[half], &bytes, sizeof bytes);

@@ -92,13 +92,13 @@ LIGHTMESH_AVX2 inline std::uint64_t find_facing(const LightColumns& lights, cons
     std::uint64_t in_range = ~std::uint64_t{0};
     std::uint64_t certain_range = ~std::uint64_t{0};
     for (std::size_t l = 0; l < lights_per_tile; l += 8) {
-        const __m256 near_by = _mm256_load_ps(&lights.nearness[l]);
-        const auto way = [&](const LightColumns::Column& at, float p) LIGHTMESH_AVX2 {
-            return _mm256_sub_ps(_mm256_load_ps(&at[l]), _mm256_mul_ps(near_by, _mm256_set1_ps(p)));
+        const __m256 w = _mm256_load_ps(&lights.w[l]);
+        const auto offset = [&](const LightColumns::Column& at, float p) LIGHTMESH_AVX2 {
+            return _mm256_sub_ps(_mm256_load_ps(&at[l]), _mm256_mul_ps(w, _mm256_set1_ps(p)));
         };
-        const __m256 x = way(lights.at_x, point.x);
-        const __m256 y = way(lights.at_y, point.y);
-        const __m256 z = way(lights.at_z, point.z);
+        const __m256 x = offset(lights.at_x, point.x);
+        const __m256 y = offset(lights.at_y, point.y);
+        const __m256 z = offset(lights.at_z, point.z);
         const __m256 height = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(_mm256_set1_ps(normal.x), x),
                                                           _mm256_mul_ps(_mm256_set1_ps(normal.y), y)),
                                             _mm256_mul_ps(_mm256_set1_ps(normal.z), z));
@@ -108,7 +108,7 @@ LIGHTMESH_AVX2 inline std::uint64_t find_facing(const LightColumns& lights, cons
             continue;
         const __m256 squares =
             _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y)), _mm256_mul_ps(z, z));
-        const __m256 distance = _mm256_mul_ps(near_by, squares);
+        const __m256 distance = _mm256_mul_ps(w, squares);
         const __m256 range = _mm256_load_ps(&lights.coarse_range_squared[l]);
         // A sum of squares is right to some 2^-22 of itself.
         const __m256 more = _mm256_set1_ps(1.0f + 0x1p-20f);
