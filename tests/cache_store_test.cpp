@@ -22,6 +22,7 @@ namespace cache_store_test {
 
 namespace {
 
+using lightmesh::detail::Facing;
 using lightmesh::detail::Record;
 using lightmesh::detail::RecordEntry;
 using lightmesh::detail::RecordKey;
@@ -31,7 +32,6 @@ using lightmesh::detail::RowBytes;
 using lightmesh::detail::RowList;
 using lightmesh::detail::TileValues;
 using lightmesh::detail::UnitPool;
-using lightmesh::detail::Way;
 
 /// What a row knows: a value for each light.
 using PlainRow = std::map<std::size_t, std::uint8_t>;
@@ -63,7 +63,7 @@ RecordKey random_key(test::Random& random, double size) {
     const glm::ivec3 index(random.in_box(test::Vec(-size), test::Vec(size)));
     constexpr std::array kinds{RecordKind::fallen, RecordKind::air, RecordKind::probe};
     return {index, kinds[static_cast<std::size_t>(random.uniform(0.0, 3.0))],
-            Way{static_cast<int>(random.uniform(0.0, 3.0)), random.uniform(0.0, 1.0) < 0.5 ? 1.0f : -1.0f},
+            Facing{static_cast<int>(random.uniform(0.0, 3.0)), random.uniform(0.0, 1.0) < 0.5 ? 1.0f : -1.0f},
             static_cast<int>(random.uniform(8.0, 11.0))};
 }
 
@@ -216,7 +216,7 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
         };
         check_all();
         CHECK(aliases.size() > 20);
-        CHECK_FALSE(table.find(RecordKey({100, 100, 100}, RecordKind::air, Way{}, 9)));
+        CHECK_FALSE(table.find(RecordKey({100, 100, 100}, RecordKind::air, Facing{}, 9)));
 
         const auto goes = [](const RecordKey& key) {
             return key.words[2] % 3 != 0;

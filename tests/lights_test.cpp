@@ -218,8 +218,8 @@ TEST_CASE("lights are kept as given, but those with a range stand last, neighbou
         CHECK(order.slot_of(light) == slot);
         CHECK_FALSE(seen[light]);
         seen[light] = true;
-        if (place >= 2)
-            CHECK((light % 2 == 1) == (place >= 2 + 19));
+        if (slot >= 2)
+            CHECK((light % 2 == 1) == (slot >= 2 + 19));
     }
 }
 
