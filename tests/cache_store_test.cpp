@@ -54,8 +54,8 @@ std::uint8_t random_value(test::Random& random, double grey) {
                                        : 255;
 }
 
-using Order = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
-Order order_of(const RecordKey& key) {
+using Words = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+Words words_of(const RecordKey& key) {
     return {key.words[0], key.words[1], key.words[2]};
 }
 
@@ -169,22 +169,22 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
     for (const double size : {3.0, 40.0}) {
         test::Random random(11);
         RecordTable table;
-        std::map<Order, int> plain;
-        std::map<Order, Order> aliases;
+        std::map<Words, int> plain;
+        std::map<Words, Words> aliases;
         RecordKey last;
         for (int i = 0; i < 3000; ++i) {
             // Every fourth lies one or two steps above the last, and leads to that.
             const bool is_alias = i % 4 == 3;
             const RecordKey key = is_alias ? last.below(i % 8 < 4 ? -1 : -2) : random_key(random, size);
-            if (plain.contains(order_of(key)) || aliases.contains(order_of(key)))
+            if (plain.contains(words_of(key)) || aliases.contains(words_of(key)))
                 continue;
             if (is_alias) {
                 table.add_alias(key, last);
-                aliases[order_of(key)] = order_of(last);
+                aliases[words_of(key)] = words_of(last);
                 continue;
             }
             last = key;
-            plain[order_of(key)] = i;
+            plain[words_of(key)] = i;
             const RecordEntry entry = table.add(key, numbered(i));
             CHECK(entry.key == key);
             CHECK(entry.record->fall == static_cast<float>(i));
@@ -195,7 +195,7 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
             std::size_t records = 0;
             table.for_each_record([&](const RecordEntry& entry) {
                 ++records;
-                const auto known = plain.find(order_of(entry.key));
+                const auto known = plain.find(words_of(entry.key));
                 REQUIRE(known != plain.end());
                 CHECK(entry.record->fall == static_cast<float>(known->second));
                 CHECK(table.find(entry.key).record == entry.record);
@@ -204,7 +204,7 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
             std::size_t ways = 0;
             table.for_each_alias([&](const RecordKey& key, const RecordEntry& entry) {
                 ++ways;
-                CHECK(aliases.at(order_of(key)) == order_of(entry.key));
+                CHECK(aliases.at(words_of(key)) == words_of(entry.key));
                 CHECK(table.find(key).record == entry.record);
                 CHECK(table.find(key).key == entry.key);
             });
@@ -225,7 +225,7 @@ TEST_CASE("cache store: a table finds the records that were added, under their k
             [&](const RecordKey& key, const RecordEntry& entry) { return goes(key) || goes(entry.key); },
             [&](const RecordEntry& entry) { return goes(entry.key); });
         const std::size_t before = plain.size();
-        const auto key_goes = [](const Order& key) {
+        const auto key_goes = [](const Words& key) {
             return std::get<2>(key) % 3 != 0;
         };
         std::erase_if(plain, [&](const auto& entry) { return key_goes(entry.first); });
