@@ -194,7 +194,7 @@ public:
                          LongTestList& list) const requires std::same_as<Source, Rays> {
         Query query(*levels_, nullptr);
         for (std::size_t first = 0; first < points.size(); first += Query::most_points)
-            query.list(block_of(points, first), list.levels_);
+            query.list(block_of(points, first), list.units_.levels);
     }
     /// Finds and stores what is listed by the caller's tracer, in calls as large as `LongTestTracer` says:
     /// with adaptive long tests first all samples, then what these have not told. The mesh then holds what
@@ -202,10 +202,10 @@ public:
     /// throws; of the bricks that it was asked about nothing is stored then.
     template <LongTestTracer Trace>
     void fill(const LongTestList& list, Trace&& trace) const requires std::same_as<Source, Rays> {
-        for (std::size_t k = 0; k < list.levels_.size(); ++k)
-            if (!list.levels_[k].entries().empty())
+        for (std::size_t k = 0; k < list.units_.levels.size(); ++k)
+            if (!list.units_.levels[k].entries().empty())
                 levels_->level(static_cast<int>(k))
-                    .fill(list.levels_[k].entries(), static_cast<std::uint32_t>(k), trace);
+                    .fill(list.units_.levels[k].entries(), static_cast<std::uint32_t>(k), trace);
     }
     /// Lists the links between light points that queries at these points may need and that the mesh lacks,
     /// for a tracer that takes very many at once: nearly all that they will need, and some that they will
@@ -215,15 +215,15 @@ public:
     void list_links(std::span<const SurfacePoint> points, LinkList& list) const {
         Query query(*levels_, nullptr);
         for (std::size_t first = 0; first < points.size(); first += Query::most_points)
-            query.list_links(block_of(points, first), list.levels_);
+            query.list_links(block_of(points, first), list.units_.levels);
     }
     /// Finds and stores what is listed by the caller's tracer; it changes no value of a query. May be called
     /// beside queries. Throws what the tracer throws; nothing is stored of the links of that call then.
     template <SegmentTracer Trace>
     void fill_links(const LinkList& list, Trace&& trace) const {
-        for (std::size_t k = 0; k < list.levels_.size(); ++k)
-            if (!list.levels_[k].entries().empty())
-                levels_->level(static_cast<int>(k)).fill_links(list.levels_[k].entries(), trace);
+        for (std::size_t k = 0; k < list.units_.levels.size(); ++k)
+            if (!list.units_.levels[k].entries().empty())
+                levels_->level(static_cast<int>(k)).fill_links(list.units_.levels[k].entries(), trace);
     }
     /// The segment of a long test: from light point p of a word to its light, or from there to the point
     /// (see `Intersector`), world units.

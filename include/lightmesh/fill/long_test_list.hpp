@@ -3,13 +3,11 @@
 
 #include <lightmesh/fill/unit_table.hpp>
 
-#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 /// Long tests for tracers that take very many at once, such as one on a GPU: what a mesh lacks is listed,
 /// traced by the caller and stored.
@@ -54,24 +52,16 @@ inline constexpr std::size_t most_long_test_words = std::size_t{1} << 18;
 class LongTestList {
 public:
     /// Whether nothing is lacking.
-    bool is_empty() const {
-        return std::ranges::all_of(levels_,
-                                   [](const detail::UnitTable& level) { return level.entries().empty(); });
-    }
+    bool is_empty() const { return units_.is_empty(); }
 
     /// Adds what another one lists, say another thread's. Throws std::bad_alloc.
-    void add(const LongTestList& other) {
-        if (levels_.size() < other.levels_.size())
-            levels_.resize(other.levels_.size());
-        for (std::size_t k = 0; k < other.levels_.size(); ++k)
-            levels_[k].add(other.levels_[k]);
-    }
+    void add(const LongTestList& other) { units_.add(other.units_); }
 
 private:
     template <class Tracer, class Source>
     friend class LightMesh;
 
-    std::vector<detail::UnitTable> levels_;
+    detail::UnitsByLevel units_;
 };
 
 }  // namespace lightmesh

@@ -5,8 +5,10 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace lightmesh::detail {
 
@@ -28,5 +30,21 @@ struct BrickTileKey {
 
 /// Any number of units (see `BrickTile::known`) of one level.
 using UnitTable = MaskTable<BrickTileKey>;
+
+/// Units of all levels of a mesh, the finest first; as many tables as it took.
+struct UnitsByLevel {
+    std::vector<UnitTable> levels;
+
+    bool is_empty() const {
+        return std::ranges::all_of(levels, [](const UnitTable& level) { return level.entries().empty(); });
+    }
+    /// Throws std::bad_alloc.
+    void add(const UnitsByLevel& other) {
+        if (levels.size() < other.levels.size())
+            levels.resize(other.levels.size());
+        for (std::size_t k = 0; k < other.levels.size(); ++k)
+            levels[k].add(other.levels[k]);
+    }
+};
 
 }  // namespace lightmesh::detail
