@@ -50,14 +50,14 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
         const std::uint32_t t =
             2 * std::clamp<std::uint32_t>((std::max)(spread, spread_low) - spread_low, 0, spread_range);
         beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
-        for (std::size_t k = 0; k < level.probe_count; ++k) {
-            const std::uint32_t probe = byte_of(level.probes[k]);
-            const bool is_missed =
-                (probe == 0 && least > open_from) || (probe == 255 && greatest < closed_to) ||
-                (probe == probe_sees_both && (least == 255 || greatest == 0 || level.has_shafts));
-            if (is_missed)
-                beta = (std::max)(beta, level.windows[k]);
-        }
+        const std::uint32_t probe = byte_of(CellValues::centre);
+        if ((probe == 0 && least > open_from) || (probe == 255 && greatest < closed_to) ||
+            (probe == probe_sees_both && (least == 255 || greatest == 0)))
+            beta = (std::max)(beta, level.window);
+        for (std::size_t k = 0; k < level.taps; ++k)
+            if (level.records[k] < CellValues::first_in_air &&
+                (level.values->misses[level.records[k]] >> l & 1) != 0)
+                beta = (std::max)(beta, (std::min)(8 * level.weights[k], std::uint32_t{one_weight}));
         if (greatest > 0)
             beta = (std::max)(beta, level.missing);
         beta = (std::max)(beta, level.force) * (level.fade >> 1) >> 14;
@@ -90,7 +90,7 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
             }
             for (auto& octet : values.octets)
                 if (random.below(2) == 0)
-                    octet[CellValues::centre + random.below(4)] = 0x7f'00'ff'7f'80'7f'00'ffu;
+                    octet[CellValues::centre] = 0x7f'00'ff'7f'80'7f'00'ffu;
             BlendLevel level;
             level.values = &values;
             level.taps = 1 + random.below(8);
@@ -103,10 +103,12 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 level.set(k, k, weight);
             }
             level.is_last = random.below(4) == 0;
-            level.has_shafts = random.below(2) == 0;
-            for (std::size_t probes = random.below(5); level.probe_count < probes;)
-                level.add_probe(CellValues::centre + level.probe_count,
-                                static_cast<std::uint32_t>(random.below(one_weight + 1)));
+            for (std::size_t k = 0; k < CellValues::first_in_air; ++k)
+                values.misses[k] = random.below(2) == 0 ? 0 : bits_of(random) & bits_of(random);
+            for (std::size_t k = 0; k < (std::min)(level.taps, CellValues::first_in_air); ++k)
+                level.misses |= values.misses[k];
+            level.window =
+                random.below(2) == 0 ? 0 : static_cast<std::uint32_t>(random.below(one_weight + 1));
             level.missing =
                 random.below(2) == 0 ? 0 : static_cast<std::uint32_t>(random.below(one_weight + 1));
             level.force = random.below(4) == 0 ? one_weight : 0;

@@ -246,8 +246,9 @@ TEST_CASE("visibility cache: shaft rows find the contact shadows of thin legs, i
                             .normal = {0.0f, 0.0f, 1.0f}});
         }
     }
-    const VisibilityCache without{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.25f}};
-    const CacheSettings settings{.spacing = 0.25f, .shaft_rows = true};
+    const VisibilityCache without{HitTracer{&scene}, lights,
+                                  CacheSettings{.spacing = 0.25f, .shaft_rows = false}};
+    const CacheSettings settings{.spacing = 0.25f};
     const VisibilityCache with{HitTracer{&scene}, lights, settings};
     int dark = 0;
     int found_without = 0;

@@ -94,12 +94,10 @@ std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const Visibilit
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
-    lightmesh::CacheSettings settings = cache_settings_of(options);
-    settings.shaft_rows = false;  // there are none of a light mesh
     lightmesh::VisibilityCache cache{lightmesh::LightMesh{scene.intersector(),
                                                           shapes_of_lights(scene.scene(), options.lights),
                                                           options.settings},
-                                     settings};
+                                     cache_settings_of(options)};
     return std::make_unique<CacheVisibility<decltype(cache)>>(
         std::move(cache),
         [lights = options.lights](const EmbreeScene& now) { return shapes_of_lights(now.scene(), lights); });

@@ -59,8 +59,8 @@ std::string comparison_table(const std::vector<Run>& runs, const Run& reference,
     return "scene " + scene.scene().name + ": " + grouped(scene.scene().triangles.size()) + " triangles, " +
            grouped(scene.scene().lights.size()) + " lights, r " + number(reference.settings.radius) + ", q " +
            number(reference.settings.quality) + ", g " + number(reference.spacing) +
-           (reference.shaft_rows ? " with shaft rows" : "") + ", lamp radius " + reference.lamp_sizes + ", " +
-           grouped(reference.statistics.shading_points) + " surface points; BVH in " +
+           (reference.shaft_rows ? "" : " without shaft rows") + ", lamp radius " + reference.lamp_sizes +
+           ", " + grouped(reference.statistics.shading_points) + " surface points; BVH in " +
            fixed(scene.seconds_building(), 2) + " s; differences are to " + reference.algorithm + "\n" +
            table.text();
 }

@@ -84,8 +84,8 @@ std::string FilmMaker::report(bool is_whole) {
     table.add_row({"radius r", number(visibility_.settings.radius)});
     table.add_row({"quality q", number(visibility_.settings.quality)});
     table.add_row({"spacing g", number(cache_settings_of(visibility_).spacing)});
-    if (visibility_.cache.shaft_rows)
-        table.add_row({"shaft rows", "of steps g and g / 2"});
+    if (!visibility_.cache.shaft_rows)
+        table.add_row({"shaft rows", "none"});
     table.add_row({"lamp radius", lamp_size_text(lamps_of(embree_, visibility_))});
     std::vector<RankCount> counts;
     if (is_whole) {

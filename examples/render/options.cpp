@@ -174,8 +174,8 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
         ->check(CLI::Range(1, 256))
         ->capture_default_str();
     command.add_flag(
-        "--shaft-rows", cache.shaft_rows,
-        "of 'cache': each record also looks around itself, for the contact shadows of thin things");
+        "!--no-shaft-rows", cache.shaft_rows,
+        "of 'cache': records do not look around themselves, and miss contact shadows of thin things");
     command.add_option("--short-test", options.short_test, "of lmm: does a surface point see a light point?")
         ->check(CLI::IsMember({"exact", "linked", "none"}))
         ->capture_default_str();

@@ -132,8 +132,8 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"radius r", number(run.settings.radius)});
     table.add_row({"quality q", number(run.settings.quality)});
     table.add_row({"spacing g", number(run.spacing)});
-    if (run.shaft_rows)
-        table.add_row({"shaft rows", "of steps g and g / 2"});
+    if (!run.shaft_rows)
+        table.add_row({"shaft rows", "none"});
     table.add_row({"lamp radius", run.lamp_sizes});
     if (!run.device.empty())
         table.add_row({"device", run.device});

@@ -49,32 +49,27 @@ struct BlendLevel {
     std::uint32_t force = 0;                      ///< least share of the next level, of one_weight
     std::uint32_t fade = static_cast<std::uint32_t>(one_weight);  ///< greatest share of the next level
     bool is_last = false;
-    std::size_t probe_count = 0;           ///< of those that are asked
-    std::array<std::uint8_t, 4> probes;    ///< the cell's
-    std::array<std::uint32_t, 4> windows;  ///< their weights
-    bool has_shafts = false;               ///< whether they are shaft rows, to which no ray may disagree
+    std::uint32_t window = 0;  ///< weight of the cell's probe; 0: it is not asked
+    /// Least share of the next level for lights of which a record does not tell what lies around it.
+    std::array<std::uint32_t, 8> miss_weights;
+    std::uint64_t misses = 0;  ///< the lights of which any does not
     /// Least share of the next level for lights that any of the records sees: for want of records that fit.
     std::uint32_t missing = 0;
 
-    void add_probe(std::size_t record, std::uint32_t window) {
-        probes[probe_count] = static_cast<std::uint8_t>(record);
-        windows[probe_count++] = window;
-    }
     void set(std::size_t tap, std::size_t record, std::uint32_t weight) {
+        constexpr auto whole = static_cast<std::uint32_t>(one_weight);
         records[tap] = static_cast<std::uint8_t>(record);
         weights[tap] = weight;
-        spread_weights[tap] = (std::min)(4 * weight, static_cast<std::uint32_t>(one_weight));
+        spread_weights[tap] = (std::min)(4 * weight, whole);
+        miss_weights[tap] = (std::min)(8 * weight, whole);
     }
 };
 
 /// Marks the lights of which the probe of a cell says the contrary of what its records say: something else,
-/// or, where they all say that a lamp is wholly open or wholly closed, not quite that. Of shaft rows also
-/// those that see both whatever the records say.
-inline void mark_missed(Lanes& marks, const Lanes& probe, const Lanes& least, const Lanes& greatest,
-                        bool has_shafts) {
-    const SignedLanes sees_both = probe == probe_sees_both;
+/// or, where they all say that a lamp is wholly open or wholly closed, not quite that.
+inline void mark_missed(Lanes& marks, const Lanes& probe, const Lanes& least, const Lanes& greatest) {
     marks |= ((probe == 0) & (least > open_from)) | ((probe == 255u) & (greatest < closed_to)) |
-                     (has_shafts ? sees_both : sees_both & ((least == 255u) | (greatest == 0u)))
+                     ((probe == probe_sees_both) & ((least == 255u) | (greatest == 0u)))
                  ? Lanes{} + 1u
                  : Lanes{};
 }

@@ -122,13 +122,6 @@ private:
         const bool in_air = !key.is_probe() && key.what() >= static_cast<std::uint32_t>(RecordKind::air);
         glm::vec3 start = key.is_probe() ? probe_start(lattice_, key.index(), facing, key.level())
                                          : lattice_.position(key.index(), key.level());
-        if (key.is_probe() && lattice_.has_shaft_rows(key.level())) {
-            // Rays start up to a step higher or lower, and three eighths of one to the sides.
-            const glm::vec3 up = 1.1f * step * facing.up();
-            const glm::vec3 end = start - 4.7f * up;
-            return widened({(glm::min)(start + up, end), (glm::max)(start + up, end)},
-                           0.4f * step + slack_of(key) + greatest_offset(start));
-        }
         // Slopes are found from places an eighth of a step beside, which may lie a quarter deeper.
         const float length = in_air                   ? 0.0f
                              : record.is_on_surface() ? record.fall + 0.13f * step
@@ -144,11 +137,25 @@ private:
     Bounds eye_of(const RecordKey& key, const Record& record) const {
         if (key.is_probe() && rows_.is_mesh == 0)
             return fall_of(key, record);
+        if (key.what() < static_cast<std::uint32_t>(RecordKind::air) && record.is_on_surface() &&
+            lattice_.has_shaft_rows(key.level()))
+            return shaft_of(key);
         const glm::vec3 position = column_of(lattice_, key, record, key.facing(), false).position;
         // A mesh's values depend on light points within its radius, on others of their bricks, and on links
         // between them.
         const float reach = rows_.is_mesh != 0 ? rows_.radius * (1.0f + 4.0f / rows_.quality) : slack_of(key);
         return widened({position, position}, reach + greatest_offset(position));
+    }
+
+    /// Where places around a record lie, and the ways that they fell: they start up to a step higher or
+    /// lower, and three eighths of one to the sides.
+    Bounds shaft_of(const RecordKey& key) const {
+        const auto step = static_cast<float>(lattice_.step(key.level()));
+        const glm::vec3 start = lattice_.position(key.index(), key.level());
+        const glm::vec3 up = 1.1f * step * key.facing().up();
+        const glm::vec3 end = start - 4.7f * up;
+        return widened({(glm::min)(start + up, end), (glm::max)(start + up, end)},
+                       0.4f * step + slack_of(key) + greatest_offset(start));
     }
 
     /// How far off a surface rays start there, and more: see `off_surface`.

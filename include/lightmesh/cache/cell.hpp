@@ -70,30 +70,31 @@ struct CacheCell {
                std::abs(glm::dot(normal, point - position)) < slack;
     }
 
-    /// The lights that have the same value in all four rows, and no probe that contradicts, as far as they
-    /// have been compared.
+    /// The lights that have the same value in all four rows, and nothing that says that there may be others
+    /// between them, as far as they have been compared.
     std::uint64_t uniform_of(std::size_t tile) const { return values.tile == tile ? uniform : 0; }
 
-    /// Compares some lights, which all rows know; also with what the cell's probes say: none, the centre, or
-    /// four shafts.
-    void compare(std::uint64_t lights, std::size_t probe_count) {
+    /// Compares some lights, which all rows know; also with what the probe says, if there is one.
+    void compare(std::uint64_t lights, bool has_probe) {
         lights &= ~compared;
-        for (std::size_t k = 0; k < probe_count; ++k)
-            lights &= values.known[CellValues::centre + k];
+        if (has_probe)
+            lights &= values.known[CellValues::centre];
         for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
             const int o = std::countr_zero(octets);
             const auto& words = values.octets[static_cast<std::size_t>(o)];
             Lanes lanes;
             spread_bytes((words[0] ^ words[1]) | (words[0] ^ words[2]) | (words[0] ^ words[3]), lanes);
-            for (std::size_t k = 0; k < probe_count; ++k) {
+            if (has_probe) {
                 Lanes value;
                 Lanes probe;
                 spread_bytes(words[0], value);
-                spread_bytes(words[CellValues::centre + k], probe);
-                mark_missed(lanes, probe, value, value, probe_count == 4);
+                spread_bytes(words[CellValues::centre], probe);
+                mark_missed(lanes, probe, value, value);
             }
             uniform |= (mask_of(lanes) ^ 255u) << 8 * o & lights;
         }
+        for (const std::uint64_t misses : values.misses)
+            uniform &= ~misses;
         compared |= lights;
     }
 

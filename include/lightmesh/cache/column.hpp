@@ -20,13 +20,11 @@ struct Column {
     glm::vec3 normal{0.0f};  ///< zero: there is no surface
 };
 
-/// Where the middle of what a probe stands for falls from: of a cell, of which `index` has the least indices
-/// along u and v; or, of a shaft row, the record's own lattice point.
+/// Where the middle of what a probe stands for falls from: of the cell of which `index` has the least indices
+/// along u and v.
 inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, const Facing& facing,
                              int level) {
     glm::vec3 start = lattice.position(index, level);
-    if (lattice.has_shaft_rows(level))
-        return start;
     const auto half = static_cast<float>(0.5 * lattice.step(level));
     start[facing.u()] += half;
     start[facing.v()] += half;

@@ -51,10 +51,6 @@ public:
     Column air(const glm::ivec3& index, const Facing& facing, int level, Record& spare, RecordBrick*&) const {
         return find(RecordKey(index, RecordKind::air, facing, level), facing, spare);
     }
-    Column shaft(const Column& around, const Facing& facing, int level, Record& spare,
-                 RecordBrick*& nearby) const {
-        return probe(around.key.index(), facing, level, spare, nearby);
-    }
     Column probe(const glm::ivec3& index, const Facing& facing, int level, Record& spare,
                  RecordBrick*&) const {
         return find(RecordKey(index, RecordKind::probe, facing, level), facing, spare);

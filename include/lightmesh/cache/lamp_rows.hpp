@@ -16,6 +16,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <span>
 
 namespace lightmesh::detail {
@@ -39,9 +40,11 @@ struct RayPlan {
     /// penumbra: of the values of its ends, where few rays are hidden or few are open, they miss little.
     static RayPlan full(std::size_t most) {
         if (most < 16)
-            return {.has_rim = false, .first = most, .most = most};
+            return plain(most);
         return {.has_rim = true, .first = 2, .most = most};
     }
+    /// Where it is known that there is a penumbra.
+    static RayPlan plain(std::size_t most) { return {.has_rim = false, .first = most, .most = most}; }
     /// For what stands in for a record that does not fit, with little weight, or only to tell whether some of
     /// the lamp is seen: ten rays of coarse levels, eight of fine ones; more if `lamp_rays` is more than 64.
     static RayPlan glance(std::size_t lamp_rays, bool is_fine) {
@@ -52,77 +55,79 @@ struct RayPlan {
     }
 };
 
-/// From where rays tell a row.
+/// From where rays tell a row: from the record itself, or from places around it, one ray from each to its own
+/// part of a lamp, or first from these.
 struct RowLook {
-    bool is_probe = false;
-    RayPlan plan{};                       ///< of a row that is no probe's: from the first origin
-    std::size_t places = 0;               ///< of a probe
-    std::array<RowOrigin, 16> origins{};  ///< of a probe the middles of parts of its cell or shaft
-    std::array<bool, 16> is_there{};      ///< of a probe: whether there is a surface
+    /// What rays from places around are asked for.
+    enum class Around {
+        no,
+        only,   ///< all there is: a probe
+        first,  ///< where all of them agree the record does, too: a shaft row
+    };
+
+    Around around = Around::no;
+    RowOrigin origin{};  ///< of the record itself
+    RayPlan plan{};      ///< for rays from there
+    std::size_t place_count = 0;
+    std::array<RowOrigin, 16> places{};   ///< where there is a surface
+    std::array<std::uint8_t, 16> part{};  ///< of a lamp, for each of them
 };
 
 /// Which rays tell what shares of a tile's lamps are open, round by round, and what they have told. Knows no
 /// tracer.
 class LampTally {
 public:
-    LampTally(const LampTable& lamps, std::size_t tile) : lamps_(&lamps), tile_(tile) {}
-
-    /// Of the lights in `wanted` by the first rays of a plan each, and where any of those disagree by 16 and
-    /// twice as many as long as they disagree, up to the most.
-    void begin(const RowOrigin& origin, std::uint64_t wanted, const RayPlan& plan) {
-        origin_ = origin;
-        plan_ = plan;
-        wanted_ = wanted;
-        first_ = 0;
-        until_ = plan.first;
+    /// Of the lights in `wanted`.
+    LampTally(const LampTable& lamps, std::size_t tile, const RowLook& look, std::uint64_t wanted)
+        : lamps_(&lamps), tile_(tile), look_(look), wanted_(wanted),
+          is_around_(look.around != RowLook::Around::no) {
+        if (!is_around_)
+            begin_plan();
     }
-    /// Calls add(ray, segment) for the rays of a round: `take` is to be told of each.
+
+    /// Calls add(ray, segment) for the rays of a round: `take` is to be told of each. From the record itself
+    /// go the first rays of the plan to each light, and where any of those disagree 16 and twice as many as
+    /// long as they disagree, up to the most.
     template <class Add>
     void list_round(Add&& add) const {
+        if (is_around_) {
+            for (std::size_t i = 0; i < look_.place_count; ++i)
+                list_part(look_.places[i], look_.part[i], add);
+            return;
+        }
         for (std::uint64_t rest = wanted_; rest != 0; rest &= rest - 1)
             list_rays(static_cast<std::size_t>(std::countr_zero(rest)), add);
     }
-    /// Writes the values that all rays so far give, 0 to 255. Returns whether it takes another round.
+    /// Writes the values that all rays so far give: 0 to 255, or what a probe says. Returns whether it takes
+    /// another round.
     bool end_round(TileValues& values) {
+        if (is_around_)
+            return end_around(values);
         std::uint64_t mixed = 0;
         for (std::uint64_t rest = wanted_; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            values[l] = plan_.most == 2 ? value_with_rim(l) : value(l);
+            const std::uint64_t light = rest & (~rest + 1u);
+            const std::uint8_t around = values[l];
+            values[l] = look_.plan.most == 2 ? value_with_rim(l) : value(l);
             const bool sees_open = open_[l] + rim_open_[l] != 0;
             const bool sees_closed = open_[l] + rim_open_[l] != sums_[l] + rim_sums_[l];
-            if (sees_open && sees_closed)
-                mixed |= rest & (~rest + 1u);
+            if (first_ == 0 && (doubted_ & light) != 0 &&
+                (!sees_open || !sees_closed || std::abs(values[l] - around) > most_apart))
+                missing_ |= light;
+            if (sees_open && sees_closed && (missing_ & light) == 0)
+                mixed |= light;
         }
-        if (until_ == plan_.most)
-            return false;
-        wanted_ = mixed;
-        first_ = until_;
-        until_ = (std::min)((std::max)(2 * first_, std::size_t{16}), plan_.most);
-        return wanted_ != 0;
-    }
-
-    /// Calls add(ray, segment) for one ray from a place to the i-th part of each light in `wanted` that does
-    /// not lie below.
-    template <class Add>
-    void list_part(const RowOrigin& origin, std::uint64_t wanted, std::size_t i, Add&& add) const {
-        for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
+        if (until_ != look_.plan.most && mixed != 0) {
+            wanted_ = mixed;
+            first_ = until_;
+            until_ = (std::min)((std::max)(2 * first_, std::size_t{16}), look_.plan.most);
+            return true;
+        }
+        for (std::uint64_t rest = unsettled_; rest != 0; rest &= rest - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            const Lamp& lamp = lamp_of(l);
-            if (lamp.is_below(origin.position, origin.unit_normal))
-                continue;
-            const Lamp::View view = view_of(lamp, origin);
-            add(static_cast<std::uint8_t>(l), lamp.is_point() ? view.middle_ray() : view.ray(i));
+            values[l] = shaft_byte(values[l], (missing_ >> l & 1u) != 0);
         }
-    }
-    /// Writes what rays to parts say together: 0, 255, `probe_sees_both` or `probe_knows_nothing`.
-    void end_parts(std::uint64_t wanted, TileValues& values) const {
-        for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
-            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            values[l] = sums_[l] == 0          ? probe_knows_nothing
-                        : open_[l] == 0        ? std::uint8_t{0}
-                        : open_[l] == sums_[l] ? std::uint8_t{255}
-                                               : probe_sees_both;
-        }
+        return false;
     }
 
     /// Counts a ray, by the name that it was listed under.
@@ -138,7 +143,51 @@ private:
     /// Of a ray, beside its light's number.
     static constexpr std::uint8_t rim_flag = 128;
 
+    /// Of rays around a record: as many have to agree.
+    static constexpr std::uint16_t enough = 8;
+    /// How far what these say may be from what the record itself says by as many: one ray of sixteen.
+    static constexpr int most_apart = 16;
+
     using Counts = std::array<std::uint16_t, lamps_per_tile>;
+
+    void begin_plan() {
+        is_around_ = false;
+        first_ = 0;
+        until_ = look_.plan.first;
+    }
+
+    /// One ray from a place to the i-th part of each light that does not lie below.
+    template <class Add>
+    void list_part(const RowOrigin& origin, std::size_t i, Add&& add) const {
+        for (std::uint64_t rest = wanted_; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            const Lamp& lamp = lamp_of(l);
+            if (lamp.is_below(origin.position, origin.unit_normal))
+                continue;
+            const Lamp::View view = view_of(lamp, origin);
+            add(static_cast<std::uint8_t>(l), lamp.is_point() ? view.middle_ray() : view.ray(i));
+        }
+    }
+    /// After those: what a probe says, or what is left for rays from the record itself.
+    bool end_around(TileValues& values) {
+        for (std::uint64_t rest = wanted_; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            const std::uint64_t light = rest & (~rest + 1u);
+            const bool sees_both = open_[l] != 0 && open_[l] != sums_[l];
+            values[l] = value(l);
+            if (look_.around == RowLook::Around::only) {
+                if (sees_both || sums_[l] == 0)
+                    values[l] = sees_both ? probe_sees_both : probe_knows_nothing;
+            } else if (sees_both || sums_[l] < enough) {
+                unsettled_ |= light;
+                doubted_ |= sees_both ? light : 0;
+                sums_[l] = open_[l] = 0;
+            }
+        }
+        wanted_ = unsettled_;
+        begin_plan();
+        return wanted_ != 0;
+    }
 
     const Lamp& lamp_of(std::size_t l) const { return lamps_->lamp(tile_ * lamps_per_tile + l); }
 
@@ -161,17 +210,18 @@ private:
 
     template <class Add>
     void list_rays(std::size_t l, Add&& add) const {
+        const RowOrigin& origin = look_.origin;
         const Lamp& lamp = lamp_of(l);
-        if (lamp.is_below(origin_.position, origin_.unit_normal))
+        if (lamp.is_below(origin.position, origin.unit_normal))
             return;
-        const Lamp::View view = view_of(lamp, origin_);
+        const Lamp::View view = view_of(lamp, origin);
         const auto ray = static_cast<std::uint8_t>(l);
         if (lamp.is_point()) {
             if (first_ == 0)
                 add(ray, view.middle_ray());
             return;
         }
-        if (first_ == 0 && plan_.has_rim)
+        if (first_ == 0 && look_.plan.has_rim)
             for (std::size_t i = 0; i < 8; ++i)
                 add(static_cast<std::uint8_t>(ray | rim_flag), view.rim_ray(i));
         for (std::size_t i = first_; i < until_; ++i)
@@ -180,10 +230,13 @@ private:
 
     const LampTable* lamps_;
     std::size_t tile_;
-    RowOrigin origin_{};
-    RayPlan plan_{};
-    std::uint64_t wanted_ = 0;
-    std::size_t first_ = 0;  ///< rays of a round
+    RowLook look_;
+    std::uint64_t wanted_;
+    std::uint64_t unsettled_ = 0;  ///< the lights that places around do not settle
+    std::uint64_t doubted_ = 0;    ///< of them those that some of these see and some do not
+    std::uint64_t missing_ = 0;    ///< of them those of which the record itself tells something else
+    bool is_around_;               ///< whether rays from there are next
+    std::size_t first_ = 0;        ///< rays of a round
     std::size_t until_ = 0;
     Counts sums_{}, open_{}, rim_sums_{}, rim_open_{};
 };
@@ -192,50 +245,40 @@ private:
 template <Intersector Tracer>
 class LampRays {
 public:
-    LampRays(const Tracer& tracer, const LampTable& lamps, std::size_t tile)
-        : tracer_(tracer), tally_(lamps, tile) {}
+    explicit LampRays(const Tracer& tracer) : tracer_(tracer) {}
 
-    /// As `LampTally::begin` says, all rounds.
-    void find(const RowOrigin& origin, std::uint64_t wanted, const RayPlan& plan, TileValues& values) {
+    /// Writes the values of some lights of a tile, 0 to 255, or what a probe says.
+    void find(const LampTable& lamps, std::size_t tile, const RowLook& look, std::uint64_t wanted,
+              TileValues& values) {
         if (wanted == 0)
             return;
-        tally_.begin(origin, wanted, plan);
+        LampTally tally(lamps, tile, look, wanted);
         do {
-            tally_.list_round([this](std::uint8_t ray, const Segment& segment) { add(ray, segment); });
-            flush();
-        } while (tally_.end_round(values));
+            tally.list_round([&](std::uint8_t ray, const Segment& segment) { add(ray, segment, tally); });
+            flush(tally);
+        } while (tally.end_round(values));
     }
-
-    /// As `LampTally::list_part`.
-    void find_part(const RowOrigin& origin, std::uint64_t wanted, std::size_t i) {
-        tally_.list_part(origin, wanted, i,
-                         [this](std::uint8_t ray, const Segment& segment) { add(ray, segment); });
-        flush();
-    }
-    /// As `LampTally::end_parts`.
-    void end_parts(std::uint64_t wanted, TileValues& values) const { tally_.end_parts(wanted, values); }
 
     std::uint64_t rays() const { return rays_; }
 
 private:
-    void add(std::uint8_t ray, const Segment& segment) {
+    void add(std::uint8_t ray, const Segment& segment, LampTally& tally) {
         segments_[count_] = segment;
         ray_[count_++] = ray;
         if (count_ == segments_.size())
-            flush();
+            flush(tally);
     }
 
-    void flush() {
+    void flush(LampTally& tally) {
         trace(tracer_, std::span<const Segment>(segments_).first(count_),
               std::span<std::uint8_t>(hit_).first(count_));
         for (std::size_t i = 0; i < count_; ++i)
-            tally_.take(ray_[i], hit_[i] == 0);
+            tally.take(ray_[i], hit_[i] == 0);
         rays_ += count_;
         count_ = 0;
     }
 
     const Tracer& tracer_;
-    LampTally tally_;
     std::array<Segment, most_segments> segments_;
     std::array<std::uint8_t, most_segments> ray_;
     std::array<std::uint8_t, most_segments> hit_;

@@ -66,8 +66,11 @@ public:
 private:
     void find_from(const glm::vec3& start, const glm::vec3& unit_normal, const glm::vec3& point,
                    std::size_t tile, std::uint64_t wanted, TileValues& values) {
-        LampRays<Tracer> rays(tracer_, lamps_, tile);
-        rays.find({start, unit_normal, seed_at(point), step_, reach_}, wanted, plan_, values);
+        LampRays<Tracer> rays(tracer_);
+        RowLook look;
+        look.origin = {start, unit_normal, seed_at(point), step_, reach_};
+        look.plan = plan_;
+        rays.find(lamps_, tile, look, wanted, values);
         lamp_rays_ += rays.rays();
     }
 

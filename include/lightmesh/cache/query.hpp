@@ -225,19 +225,21 @@ private:
             }
             if (cell.values.tile != tile)
                 cell.begin(tile);
-            for (std::size_t k = 0; k < blended.taps; ++k)
+            blended.misses = 0;
+            for (std::size_t k = 0; k < blended.taps; ++k) {
                 read(cell, blended.records[k], tile, lights);
+                if (blended.records[k] < CellValues::first_in_air)
+                    blended.misses |= cell.values.misses[blended.records[k]];
+            }
             const bool is_exact = is_last && store_.settings().exact_edges;
             blended.is_last = is_last && !is_exact;
             blended.force = is_exact || is_base ? 0 : one_weight;
             blended.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
-            const bool is_probed = Lattice::is_probed(level);
-            blended.has_shafts = store_.lattice().has_shaft_rows(level);
-            blended.probe_count = 0;
-            if (is_probed && !is_last) {
-                add_probes(visit, level);
-                for (std::size_t k = 0; k < blended.probe_count; ++k)
-                    read(cell, blended.probes[k], tile, lights);
+            const bool has_probes = store_.lattice().has_probes(level);
+            blended.window = has_probes && !is_last ? window_of(visit.stencil) : 0;
+            if (blended.window != 0) {
+                place_probe(cell, level);
+                read(cell, CellValues::centre, tile, lights);
             }
             if (listed_ != nullptr) {
                 // What is listed waits for its values.
@@ -246,7 +248,7 @@ private:
                     return;
             }
             if (visit.is_flat)
-                cell.compare(lights, !is_probed ? 0 : blended.has_shafts ? 4 : 1);
+                cell.compare(lights, has_probes);
             lights = kernels_.blend_level(blend_, lights, blended);
             if (is_exact && lights != 0) {
                 add_exact(tile, lights);
@@ -260,22 +262,23 @@ private:
         if ((lights & ~cell.values.known[record]) == 0)
             return;
         const Column& column = cell.columns[record];
-        if (listed_ == nullptr) {
-            cell.values.set(record, store_.row(column, tile, lights));
+        const RowBytes row =
+            listed_ == nullptr ? store_.row(column, tile, lights) : store_.known_row(*column.record, tile);
+        if (record < CellValues::first_in_air && store_.lattice().has_shaft_rows(column.key.level()))
+            cell.values.set_shaft(record, row);
+        else
+            cell.values.set(record, row);
+        if (listed_ == nullptr)
             return;
-        }
-        cell.values.set(record, store_.known_row(*column.record, tile));
         const std::uint64_t missing = lights & ~cell.values.known[record];
         // A record that is not kept has no links.
         if (missing != 0 && column.links != nullptr)
             listed_->add({column.key, tile}, missing);
     }
 
-    /// The lights that all records know which serve a point, and all probes that are asked.
+    /// The lights that all records know which serve a point, and the probe if it is asked.
     static std::uint64_t known_to_all(const CacheCell& cell, const BlendLevel& level) {
-        std::uint64_t known = ~std::uint64_t{0};
-        for (std::size_t k = 0; k < level.probe_count; ++k)
-            known &= cell.values.known[level.probes[k]];
+        std::uint64_t known = level.window != 0 ? cell.values.known[CellValues::centre] : ~std::uint64_t{0};
         for (std::size_t k = 0; k < level.taps; ++k)
             known &= cell.values.known[level.records[k]];
         return known;
@@ -491,34 +494,6 @@ private:
         const std::int32_t inside = (std::min)(
             {stencil.at[0], one_weight - stencil.at[0], stencil.at[1], one_weight - stencil.at[1]});
         return static_cast<std::uint32_t>((std::min)(8 * inside, one_weight));
-    }
-
-    /// What else is asked whether the records miss something: of each its shaft, or the cell's centre.
-    void add_probes(Visit& visit, int level) {
-        BlendLevel& blended = visit.level;
-        if (!blended.has_shafts) {
-            if (const std::uint32_t window = window_of(visit.stencil); window != 0) {
-                place_probe(*visit.cell, level);
-                blended.add_probe(CellValues::centre, window);
-            }
-            return;
-        }
-        for (std::size_t tap = 0; tap < blended.taps; ++tap) {
-            const std::size_t record = blended.records[tap];
-            if (record >= CellValues::first_in_air || blended.weights[tap] == 0)
-                continue;
-            place_shaft(*visit.cell, record, level);
-            blended.add_probe(CellValues::first_shaft + record,
-                              (std::min)(8 * blended.weights[tap], static_cast<std::uint32_t>(one_weight)));
-        }
-    }
-
-    /// What a record misses around it: see `shaft` of the store.
-    void place_shaft(CacheCell& cell, std::size_t record, int level) {
-        const std::size_t shaft = CellValues::first_shaft + record;
-        if (!cell.has_column[shaft])
-            set_column(cell, shaft,
-                       store_.shaft(cell.columns[record], cell.facing, level, spare(cell, shaft), nearby_));
     }
 
     /// What four records miss between them: see `probe` of the store.

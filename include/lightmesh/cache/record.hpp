@@ -11,7 +11,7 @@
 namespace lightmesh::detail {
 
 /// What a record is: fallen onto a surface against one of six facings, in the air at a lattice point, or
-/// of a cell of four columns, or around a fallen record (a probe, one for each of the six facings).
+/// of a cell of four columns (a probe, one for each of the six facings).
 enum class RecordKind : std::uint32_t {
     fallen = 0,  // + facing
     air = 6,     // + facing

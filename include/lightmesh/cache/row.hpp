@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/pool.hpp>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
@@ -25,6 +27,30 @@ struct RowBytes {
 
     std::uint8_t byte(std::size_t l) const { return static_cast<std::uint8_t>(octets[l / 8] >> l % 8 * 8); }
 };
+
+/// A byte of a shaft row. 0 and 255: all of the lamp is closed or open for all that lies around the record.
+/// Others are odd where the record does not tell what lies around it, and even where it does. 1 and 253 stand
+/// for 0 and 255.
+inline std::uint8_t shaft_byte(std::uint8_t value, bool misses) {
+    if (!misses)
+        return value == 0 || value == 255 ? value : (std::max)(value & 254, 2);
+    return value == 0 ? 1 : value == 255 ? 253 : static_cast<std::uint8_t>(std::clamp(value | 1, 3, 251));
+}
+
+/// Reads eight of those: makes them plain values, and returns a bit for each that misses something.
+inline std::uint32_t read_shaft_bytes(std::uint64_t& bytes) {
+    constexpr std::uint64_t ones = 0x0101010101010101u;
+    constexpr std::uint64_t low_bits = 0x7f7f7f7f7f7f7f7fu;
+    // In the lowest bit of each byte.
+    const auto is_zero = [](std::uint64_t b) {
+        return ~((b & low_bits) + low_bits | b) >> 7 & ones;
+    };
+    const std::uint64_t misses = bytes & ones & ~is_zero(~bytes);
+    if (misses == 0)
+        return 0;
+    bytes = (bytes & ~is_zero(bytes ^ ones)) | is_zero(bytes ^ ones * 253u) << 1;
+    return static_cast<std::uint32_t>(gather_low_bits(misses));
+}
 
 inline TileValues values_of(const RowBytes& row) {
     TileValues values;

@@ -40,12 +40,11 @@ private:
         Record* record;
         std::size_t tile;
         std::uint64_t wanted;
-        RowLook look;
         LampTally tally;
         TileValues values{};
     };
 
-    /// So many that a first round, of up to ten rays each, fills half a call.
+    /// So many that a first round, of up to sixteen rays each, fills most of a call.
     static constexpr std::size_t most_values = most_listed_segments / 20;
     /// What is known of them meanwhile takes two KiB each.
     static constexpr std::size_t most_works = std::size_t{1} << 14;
@@ -59,10 +58,8 @@ private:
         if (wanted == 0)
             return;
         const Column column = column_of(store_.lattice(), entry.key, *entry.record, entry.key.facing(), true);
-        const RowLook look = store_.look_of(column);
-        works_.push_back({entry.record, row.key.tile, wanted, look, LampTally(store_.lamps(), row.key.tile)});
-        if (!look.is_probe)
-            works_.back().tally.begin(look.origins[0], wanted, look.plan);
+        works_.push_back({entry.record, row.key.tile, wanted,
+                          LampTally(store_.lamps(), row.key.tile, store_.look_of(column), wanted)});
         values_begun_ += static_cast<std::size_t>(std::popcount(wanted));
     }
 
@@ -70,8 +67,13 @@ private:
         while (!works_.empty()) {
             segments_.clear();
             rays_.clear();
-            for (const Work& work : works_)
-                list(work);
+            for (const Work& work : works_) {
+                const auto w = static_cast<std::uint32_t>(&work - works_.data());
+                work.tally.list_round([&](std::uint8_t ray, const Segment& segment) {
+                    segments_.push_back(segment);
+                    rays_.push_back({w, ray});
+                });
+            }
             trace_listed();
             std::size_t next = 0;
             std::size_t left = 0;
@@ -79,7 +81,7 @@ private:
                 Work& work = works_[w];
                 for (; next < rays_.size() && rays_[next].work == w; ++next)
                     work.tally.take(rays_[next].ray, hit_[next] == 0);
-                if (ends(work))
+                if (!work.tally.end_round(work.values))
                     store_.keep_row(*work.record, work.tile, work.wanted, work.values);
                 else if (left++ != w)
                     works_[left - 1] = work;
@@ -87,29 +89,6 @@ private:
             works_.erase(works_.begin() + static_cast<std::ptrdiff_t>(left), works_.end());
         }
         values_begun_ = 0;
-    }
-
-    void list(const Work& work) {
-        const auto w = static_cast<std::uint32_t>(&work - works_.data());
-        const auto add = [&](std::uint8_t ray, const Segment& segment) {
-            segments_.push_back(segment);
-            rays_.push_back({w, ray});
-        };
-        if (!work.look.is_probe) {
-            work.tally.list_round(add);
-            return;
-        }
-        for (std::size_t i = 0; i < work.look.places; ++i)
-            if (work.look.is_there[i])
-                work.tally.list_part(work.look.origins[i], work.wanted, i, add);
-    }
-
-    /// Whether the values of a row are final.
-    static bool ends(Work& work) {
-        if (!work.look.is_probe)
-            return !work.tally.end_round(work.values);
-        work.tally.end_parts(work.wanted, work.values);
-        return true;
     }
 
     void trace_listed() {

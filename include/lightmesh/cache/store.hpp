@@ -67,13 +67,8 @@ template <Intersector Tracer, class Rows>
 class CacheStore {
 public:
     CacheStore(Tracer tracer, Rows rows, std::span<const Light> lights, const CacheSettings& settings)
-        : tracer_(std::move(tracer)), rows_(std::move(rows)), settings_(settings), lattice_(settings),
-          user_lights_(lights.begin(), lights.end()), lamps_(lights) {
-        if (has_mesh && settings.shaft_rows)
-            throw std::invalid_argument(
-                "lightmesh: CacheSettings::shaft_rows is true, but must be false for a "
-                "cache of a light mesh");
-    }
+        : tracer_(std::move(tracer)), rows_(std::move(rows)), settings_(usable(settings)),
+          lattice_(settings_), user_lights_(lights.begin(), lights.end()), lamps_(lights) {}
 
     std::span<const Light> user_lights() const { return user_lights_; }
     const Tracer& tracer() const { return tracer_; }
@@ -150,19 +145,6 @@ public:
         return keep(key, spare, facing);
     }
 
-    /// The probe around a fallen record, which stands for places a half step to all sides of it.
-    Column shaft(const Column& around, const Facing& facing, int level, Record& spare,
-                 RecordBrick*& nearby) const {
-        const RecordKey key(around.key.index(), RecordKind::probe, facing, level);
-        if (const RecordEntry known = table_->find(key, nearby))
-            return stand(known, facing);
-        spare = Record();
-        spare.fall = around.record->fall;
-        for (int k = 0; k < 3; ++k)
-            spare.normal[k] = around.record->normal[k];
-        return keep(key, spare, facing);
-    }
-
     /// Whether the segment between the lattice points of two neighbouring columns is free: `direction` 0
     /// along u, 1 along v, from the lesser index. Not, if they differ by more than a step along the axis.
     bool is_linked(const Column& from, const Column& to, int direction, const Facing& facing,
@@ -216,7 +198,7 @@ public:
         return RowList(table_->pool(), const_cast<Record&>(record).rows).gather(tile);
     }
 
-    /// From where rays tell the row of a column's record; a probe's places are found by rays.
+    /// From where rays tell the row of a column's record; places around it are found by rays.
     RowLook look_of(const Column& column) const {
         const RecordKey& key = column.key;
         const Facing facing = key.facing();
@@ -230,22 +212,27 @@ public:
             return {off_surface(position, normal, step), normal, seed, step, greatest_reach(lattice_)};
         };
         RowLook look;
-        look.is_probe = key.is_probe();
-        if (!look.is_probe) {
+        const bool is_shaft =
+            !key.is_probe() && lattice_.has_shaft_rows(level) && column.record->is_on_surface();
+        if (!key.is_probe()) {
             const int below = level - Lattice::base_level;
-            const int most = (std::max)(settings_.lamp_rays >> std::clamp(below - 1, 0, 2),
-                                        (std::min)(settings_.lamp_rays, 16));
-            look.plan = column.record->is_on_surface()
-                            ? RayPlan::full(static_cast<std::size_t>(most))
+            const auto most = [&](int halvings) {
+                return static_cast<std::size_t>((std::max)(settings_.lamp_rays >> std::clamp(halvings, 0, 2),
+                                                           (std::min)(settings_.lamp_rays, 16)));
+            };
+            look.origin = from(column.position, column.normal);
+            look.plan = is_shaft ? RayPlan{.has_rim = false, .first = most(2), .most = most(below - 1)}
+                        : column.record->is_on_surface()
+                            ? RayPlan::full(most(below - 1))
                             : RayPlan::glance(static_cast<std::size_t>(settings_.lamp_rays), below >= 2);
-            look.origins[0] = from(column.position, column.normal);
-            return look;
+            if (!is_shaft)
+                return look;
         }
-        const bool is_shaft = lattice_.has_shaft_rows(level);
+        look.around = is_shaft ? RowLook::Around::first : RowLook::Around::only;
         const std::size_t side = is_shaft ? 4 : 2;
-        look.places = side * side;
-        const glm::vec3 centre = probe_start(lattice_, key.index(), facing, level);
-        for (std::size_t i = 0; i < look.places; ++i) {
+        const glm::vec3 centre = is_shaft ? lattice_.position(key.index(), level)
+                                          : probe_start(lattice_, key.index(), facing, level);
+        for (std::size_t i = 0; i < side * side; ++i) {
             const auto aside = [&](std::size_t part) {
                 return step * ((static_cast<double>(part) + 0.5) / static_cast<double>(side) - 0.5);
             };
@@ -264,8 +251,8 @@ public:
             if (is_shaft &&
                 fit_of(position, landing->normal, column.position, column.normal, step).share == 0)
                 continue;
-            look.origins[i] = from(position, landing->normal);
-            look.is_there[i] = true;
+            look.part[look.place_count] = static_cast<std::uint8_t>(i);
+            look.places[look.place_count++] = from(position, landing->normal);
         }
         return look;
     }
@@ -447,6 +434,12 @@ private:
 
     static constexpr bool has_mesh = !std::is_same_v<Rows, LampRows>;
 
+    /// A mesh tells rows as they are.
+    static CacheSettings usable(CacheSettings settings) {
+        settings.shaft_rows &= !has_mesh;
+        return settings;
+    }
+
     /// Puts a light in the place of another and calls commit(), which may throw: then nothing has changed.
     template <class Commit>
     void replace(std::size_t i, const Light& light, Commit&& commit) {
@@ -517,16 +510,8 @@ private:
             }
             return;
         }
-        const RowLook look = look_of(column);
-        LampRays<Tracer> rays(tracer_, lamps_, tile);
-        if (look.is_probe) {
-            for (std::size_t i = 0; i < look.places; ++i)
-                if (look.is_there[i])
-                    rays.find_part(look.origins[i], wanted, i);
-            rays.end_parts(wanted, values);
-        } else {
-            rays.find(look.origins[0], wanted, look.plan, values);
-        }
+        LampRays<Tracer> rays(tracer_);
+        rays.find(lamps_, tile, look_of(column), wanted, values);
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
     }
 

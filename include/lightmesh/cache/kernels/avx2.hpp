@@ -149,17 +149,16 @@ LIGHTMESH_AVX2 inline __m256i dark_factor(__m256i value) {
 }
 
 /// All ones in the lanes that `mark_missed` marks.
-LIGHTMESH_AVX2 inline __m256i is_missed(__m256i probe, __m256i least, __m256i greatest, bool has_shafts) {
+LIGHTMESH_AVX2 inline __m256i is_missed(__m256i probe, __m256i least, __m256i greatest) {
     const __m256i zero = _mm256_setzero_si256();
     const __m256i whole = _mm256_set1_epi32(255);
     const __m256i dark = _mm256_and_si256(_mm256_cmpeq_epi32(probe, zero),
                                           _mm256_cmpgt_epi32(least, _mm256_set1_epi32(open_from)));
     const __m256i bright = _mm256_and_si256(_mm256_cmpeq_epi32(probe, whole),
                                             _mm256_cmpgt_epi32(_mm256_set1_epi32(closed_to), greatest));
-    __m256i both = _mm256_cmpeq_epi32(probe, _mm256_set1_epi32(probe_sees_both));
-    if (!has_shafts)
-        both = _mm256_and_si256(
-            both, _mm256_or_si256(_mm256_cmpeq_epi32(least, whole), _mm256_cmpeq_epi32(greatest, zero)));
+    const __m256i both = _mm256_and_si256(
+        _mm256_cmpeq_epi32(probe, _mm256_set1_epi32(probe_sees_both)),
+        _mm256_or_si256(_mm256_cmpeq_epi32(least, whole), _mm256_cmpeq_epi32(greatest, zero)));
     return _mm256_or_si256(_mm256_or_si256(dark, bright), both);
 }
 
@@ -175,11 +174,10 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t ligh
             differences |= words[level.records[k]] ^ first;
         const __m256i found = load(blend.found[i]);
         const __m256i left = load(blend.left[i]);
-        std::uint64_t probed = 0;
-        for (std::size_t k = 0; k < level.probe_count; ++k)
-            probed |= words[level.probes[k]] ^ first;
+        const std::uint64_t doubts =
+            (level.window != 0 ? words[CellValues::centre] ^ first : 0) | (level.misses >> 8 * o & 255u);
         const bool is_served = level.missing == 0 || first == 0;
-        if (differences == 0 && (level.is_last || (level.force == 0 && is_served && probed == 0))) {
+        if (differences == 0 && (level.is_last || (level.force == 0 && is_served && doubts == 0))) {
             const __m256i value = _mm256_slli_epi32(spread(first), 8);
             store(blend.found[i], _mm256_add_epi32(found, _mm256_mullo_epi32(left, value)));
             store(blend.left[i], _mm256_setzero_si256());
@@ -211,12 +209,17 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t ligh
         }
         __m256i beta =
             share_of_next(_mm256_srli_epi32(_mm256_mullo_epi32(spread_most, dark_factor(value)), 8));
-        for (std::size_t k = 0; k < level.probe_count; ++k) {
-            const __m256i missed =
-                is_missed(spread(words[level.probes[k]]), least, greatest, level.has_shafts);
-            const __m256i window = _mm256_set1_epi32(static_cast<int>(level.windows[k]));
+        if (level.window != 0) {
+            const __m256i missed = is_missed(spread(words[CellValues::centre]), least, greatest);
+            const __m256i window = _mm256_set1_epi32(static_cast<int>(level.window));
             beta = _mm256_max_epi32(beta, _mm256_and_si256(missed, window));
         }
+        for (std::size_t k = 0; k < level.taps && (level.misses >> 8 * o & 255u) != 0; ++k)
+            if (level.records[k] < CellValues::first_in_air) {
+                const __m256i missed = select(level.values->misses[level.records[k]], o);
+                const __m256i weight = _mm256_set1_epi32(static_cast<int>(level.miss_weights[k]));
+                beta = _mm256_max_epi32(beta, _mm256_and_si256(missed, weight));
+            }
         const __m256i is_dark = _mm256_cmpeq_epi32(greatest, _mm256_setzero_si256());
         const __m256i missing = _mm256_set1_epi32(static_cast<int>(level.missing));
         beta = _mm256_max_epi32(beta, _mm256_andnot_si256(is_dark, missing));

@@ -146,11 +146,10 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         std::uint64_t differences = 0;
         for (std::size_t k = 1; k < level.taps; ++k)
             differences |= words[level.records[k]] ^ first;
-        std::uint64_t probed = 0;
-        for (std::size_t k = 0; k < level.probe_count; ++k)
-            probed |= words[level.probes[k]] ^ first;
+        const std::uint64_t doubts =
+            (level.window != 0 ? words[CellValues::centre] ^ first : 0) | (level.misses >> 8 * o & 255u);
         const bool is_served = level.missing == 0 || first == 0;
-        if (differences == 0 && (level.is_last || (level.force == 0 && is_served && probed == 0))) {
+        if (differences == 0 && (level.is_last || (level.force == 0 && is_served && doubts == 0))) {
             Lanes bytes;
             spread_bytes(first, bytes);
             found += left * (bytes << 8);
@@ -186,13 +185,19 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes t = spread > spread_low ? spread - spread_low : Lanes{};
         t = 2 * (t < spread_range ? t : Lanes{} + spread_range);
         Lanes beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
-        for (std::size_t k = 0; k < level.probe_count; ++k) {
+        if (level.window != 0) {
             Lanes probe;
-            spread_bytes(words[level.probes[k]], probe);
+            spread_bytes(words[CellValues::centre], probe);
             Lanes missed{};
-            mark_missed(missed, probe, least, greatest, level.has_shafts);
-            keep_greater(beta, missed * level.windows[k]);
+            mark_missed(missed, probe, least, greatest);
+            keep_greater(beta, missed * level.window);
         }
+        for (std::size_t k = 0; k < level.taps && (level.misses >> 8 * o & 255u) != 0; ++k)
+            if (level.records[k] < CellValues::first_in_air) {
+                SignedLanes missed;
+                select_lights(level.values->misses[level.records[k]], o, missed);
+                keep_greater(beta, missed ? Lanes{} + level.miss_weights[k] : Lanes{});
+            }
         keep_greater(beta, greatest > 0u ? Lanes{} + level.missing : Lanes{});
         keep_greater(beta, Lanes{} + level.force);
         beta = beta * (level.fade >> 1) >> 14;
