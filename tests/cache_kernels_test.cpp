@@ -26,7 +26,7 @@ std::uint64_t bits_of(test::Random& random) {
 /// As the kernels' docs say, light by light. Returns whether the next level has to say something.
 bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& level, std::size_t light) {
     const auto byte_of = [&](std::size_t record) {
-        return static_cast<std::uint32_t>(level.values->octets[light / 8][record] >> light % 8 * 8 & 255u);
+        return static_cast<std::uint32_t>(level.values->octet(record, light / 8) >> light % 8 * 8 & 255u);
     };
     std::uint32_t sum = 64;
     std::uint32_t least = 255;
@@ -79,18 +79,18 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
             CellValues values;
             values.begin(0);
             // Rows that often agree, as real ones do, and are often all dark or all lit.
-            for (auto& octet : values.octets) {
+            for (std::size_t o = 0; o < 8; ++o) {
                 const auto any = [&] {
                     const std::size_t kind = random.below(4);
                     return kind == 0 ? 0u : kind == 1 ? ~std::uint64_t{0} : bits_of(random);
                 };
                 const std::uint64_t common = any();
-                for (std::uint64_t& word : octet)
-                    word = random.below(3) > 0 ? common : any();
+                for (RowBytes& row : values.rows)
+                    row.octets[o] = random.below(3) > 0 ? common : any();
             }
-            for (auto& octet : values.octets)
+            for (std::size_t o = 0; o < 8; ++o)
                 if (random.below(2) == 0)
-                    octet[CellValues::centre + random.below(4)] = 0x7f'00'ff'7f'80'7f'00'ffu;
+                    values.rows[CellValues::centre + random.below(4)].octets[o] = 0x7f'00'ff'7f'80'7f'00'ffu;
             BlendLevel level;
             level.values = &values;
             level.taps = 1 + random.below(8);
@@ -129,7 +129,7 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 std::uint32_t left = (lights >> l & 1) != 0 ? one_weight : 0;
                 bool is_next = false;
                 if ((given >> l & 1) != 0)
-                    found = static_cast<std::uint32_t>(values.octets[l / 8][0] >> l % 8 * 8 & 255u) << 23;
+                    found = static_cast<std::uint32_t>(values.octet(0, l / 8) >> l % 8 * 8 & 255u) << 23;
                 else if ((asked >> l & 1) != 0)
                     is_next = blend_one(found, left, level, l);
                 CAPTURE(l);

@@ -79,17 +79,20 @@ struct CacheCell {
     void compare(std::uint64_t lights, std::size_t probe_count) {
         lights &= ~compared;
         for (std::size_t k = 0; k < probe_count; ++k)
-            lights &= values.known[CellValues::centre + k];
+            lights &= values.known(CellValues::centre + k);
         for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
             const int o = std::countr_zero(octets);
-            const auto& words = values.octets[static_cast<std::size_t>(o)];
+            const auto word = [&](std::size_t record) {
+                return values.octet(record, static_cast<std::size_t>(o));
+            };
+            const std::uint64_t first = word(0);
             Lanes lanes;
-            spread_bytes((words[0] ^ words[1]) | (words[0] ^ words[2]) | (words[0] ^ words[3]), lanes);
+            spread_bytes((first ^ word(1)) | (first ^ word(2)) | (first ^ word(3)), lanes);
             for (std::size_t k = 0; k < probe_count; ++k) {
                 Lanes value;
                 Lanes probe;
-                spread_bytes(words[0], value);
-                spread_bytes(words[CellValues::centre + k], probe);
+                spread_bytes(first, value);
+                spread_bytes(word(CellValues::centre + k), probe);
                 mark_missed(lanes, probe, value, value, probe_count == 4);
             }
             uniform |= (mask_of(lanes) ^ 255u) << 8 * o & lights;

@@ -9,7 +9,7 @@
 
 namespace lightmesh::detail {
 
-/// The values of a tile's lights at the records of a cell, side by side, as far as they have been read.
+/// The values of a tile's lights at the records of a cell, as far as they have been read.
 struct CellValues {
     static constexpr std::size_t no_tile = ~std::size_t{0};
     /// Four records on surfaces, four in the air at their lattice points, and the centre, or in its place
@@ -20,18 +20,15 @@ struct CellValues {
     static constexpr std::size_t first_shaft = 8;
 
     std::size_t tile;
-    std::array<std::uint64_t, record_count> known;
-    std::array<std::array<std::uint64_t, record_count>, 8> octets;
+    std::array<RowBytes, record_count> rows;
 
     void begin(std::size_t of_tile) {
         tile = of_tile;
-        known.fill(0);
+        for (RowBytes& row : rows)
+            row.known = 0;
     }
-    void set(std::size_t record, const RowBytes& row) {
-        known[record] = row.known;
-        for (std::size_t o = 0; o < 8; ++o)
-            octets[o][record] = row.octets[o];
-    }
+    std::uint64_t known(std::size_t record) const { return rows[record].known; }
+    std::uint64_t octet(std::size_t record, std::size_t o) const { return rows[record].octets[o]; }
 };
 
 }  // namespace lightmesh::detail

@@ -257,15 +257,15 @@ private:
 
     /// Makes some lights known in the values of a cell's record, or lists those that are not.
     void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) const {
-        if ((lights & ~cell.values.known[record]) == 0)
+        if ((lights & ~cell.values.known(record)) == 0)
             return;
         const Column& column = cell.columns[record];
         if (listed_ == nullptr) {
-            cell.values.set(record, store_.row(column, tile, lights));
+            cell.values.rows[record] = store_.row(column, tile, lights);
             return;
         }
-        cell.values.set(record, store_.known_row(*column.record, tile));
-        const std::uint64_t missing = lights & ~cell.values.known[record];
+        cell.values.rows[record] = store_.known_row(*column.record, tile);
+        const std::uint64_t missing = lights & ~cell.values.known(record);
         // A record that is not kept has no links.
         if (missing != 0 && column.links != nullptr)
             listed_->add({column.key, tile}, missing);
@@ -275,9 +275,9 @@ private:
     static std::uint64_t known_to_all(const CacheCell& cell, const BlendLevel& level) {
         std::uint64_t known = ~std::uint64_t{0};
         for (std::size_t k = 0; k < level.probe_count; ++k)
-            known &= cell.values.known[level.probes[k]];
+            known &= cell.values.known(level.probes[k]);
         for (std::size_t k = 0; k < level.taps; ++k)
-            known &= cell.values.known[level.records[k]];
+            known &= cell.values.known(level.records[k]);
         return known;
     }
 

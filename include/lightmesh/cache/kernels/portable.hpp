@@ -94,7 +94,7 @@ inline void give_to_first(Blend& blend, const CellValues& values, std::uint64_t 
         Lanes& rest = blend.left[static_cast<std::size_t>(o)];
         const Lanes given = selected ? rest : Lanes{};
         Lanes bytes;
-        spread_bytes(values.octets[static_cast<std::size_t>(o)][0], bytes);
+        spread_bytes(values.octet(0, static_cast<std::size_t>(o)), bytes);
         blend.found[static_cast<std::size_t>(o)] += given * (bytes << 8);
         rest -= given;
     }
@@ -125,7 +125,7 @@ inline void write_first(const CellValues& cell, std::uint64_t lights, std::span<
         FloatLanes values{};
         if (const auto o = static_cast<int>(first / 8); (lights >> 8 * o & 255u) != 0) {
             Lanes bytes;
-            spread_bytes(cell.octets[static_cast<std::size_t>(o)][0], bytes);
+            spread_bytes(cell.octet(0, static_cast<std::size_t>(o)), bytes);
             SignedLanes selected;
             select_lights(lights, o, selected);
             const SignedLanes chosen = selected & __builtin_convertvector(bytes, SignedLanes);
@@ -141,14 +141,16 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         const int o = std::countr_zero(octets);
         Lanes& found = blend.found[static_cast<std::size_t>(o)];
         Lanes& left = blend.left[static_cast<std::size_t>(o)];
-        const std::uint64_t* const words = level.values->octets[static_cast<std::size_t>(o)].data();
-        const std::uint64_t first = words[level.records[0]];
+        const auto word = [&](std::size_t record) {
+            return level.values->octet(record, static_cast<std::size_t>(o));
+        };
+        const std::uint64_t first = word(level.records[0]);
         std::uint64_t differences = 0;
         for (std::size_t k = 1; k < level.taps; ++k)
-            differences |= words[level.records[k]] ^ first;
+            differences |= word(level.records[k]) ^ first;
         std::uint64_t probed = 0;
         for (std::size_t k = 0; k < level.probe_count; ++k)
-            probed |= words[level.probes[k]] ^ first;
+            probed |= word(level.probes[k]) ^ first;
         const bool is_served = level.missing == 0 || first == 0;
         if (differences == 0 && (level.is_last || (level.force == 0 && is_served && probed == 0))) {
             Lanes bytes;
@@ -162,7 +164,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes greatest{};
         for (std::size_t k = 0; k < level.taps; ++k) {
             Lanes bytes;
-            spread_bytes(words[level.records[k]], bytes);
+            spread_bytes(word(level.records[k]), bytes);
             value += level.weights[k] * bytes;
             least = least < bytes ? least : bytes;
             keep_greater(greatest, bytes);
@@ -176,7 +178,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes spread{};
         for (std::size_t k = 0; k < level.taps; ++k) {
             Lanes bytes;
-            spread_bytes(words[level.records[k]], bytes);
+            spread_bytes(word(level.records[k]), bytes);
             bytes <<= 8;
             keep_greater(spread,
                          (bytes > value ? bytes - value : value - bytes) * level.spread_weights[k] >> 15);
@@ -188,7 +190,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
         for (std::size_t k = 0; k < level.probe_count; ++k) {
             Lanes probe;
-            spread_bytes(words[level.probes[k]], probe);
+            spread_bytes(word(level.probes[k]), probe);
             Lanes missed{};
             mark_missed(missed, probe, least, greatest, level.has_shafts);
             keep_greater(beta, missed * level.windows[k]);
