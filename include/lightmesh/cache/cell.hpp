@@ -26,30 +26,33 @@ namespace lightmesh::detail {
 struct CacheCell {
     CellCorners corners;
     Facing facing;
+    int level;
     bool is_made = false;
     bool is_flat;
-    bool all_linked;
-    std::array<bool, 4> links;  ///< 0-1, 2-3 along u; 0-2, 1-3 along v
+    bool is_shared;  ///< whether more than one point has asked for it
+    CellLinks links;
     std::array<bool, CellValues::record_count> has_column;
     glm::vec3 normal;        ///< of a flat cell
     glm::vec3 position;      ///< a record of a flat cell
     float slack;             ///< how far from its plane points may lie, world units
     std::uint64_t compared;  ///< the lights of the values' tile that are known in all rows, and compared
     std::uint64_t uniform;   ///< those of them that are the same in all rows
+    CellSurface surface;
     CellValues values;
     std::array<Column, CellValues::record_count> columns;
 
     /// After the four columns and the links are there.
     void finish(double step) {
-        all_linked = links[0] && links[1] && links[2] && links[3];
+        is_shared = false;
         has_column = {true, true, true, true};
         begin(CellValues::no_tile);
         normal = columns[0].normal;
         position = columns[0].position;
         float farthest = 0.0f;
-        is_flat = all_linked;
+        is_flat = links.are_all_open();
         for (std::size_t k = 0; k < 4; ++k) {
             const Column& column = columns[k];
+            surface.set(k, column.position, column.normal);
             is_flat &= column.record->is_on_surface() && is_same(column.normal, normal);
             farthest = (std::max)(farthest, std::abs(glm::dot(normal, column.position - position)));
         }

@@ -83,6 +83,21 @@ public:
     }
 
 private:
+    static constexpr std::uint32_t all_four = 15;
+
+    /// A column that is shared by neighbouring cells, and what is known of its row.
+    struct NearColumn {
+        bool is_made = false;
+        Facing facing;
+        glm::ivec3 index;  ///< that was asked for
+        Column column;
+        std::size_t tile;  ///< of the row
+        RowBytes row;
+    };
+    struct NearBrick {
+        RecordBrick* brick = nullptr;
+    };
+
     /// A level's cell about the point, and what it says.
     struct Visit {
         CellStencil stencil;
@@ -225,8 +240,6 @@ private:
             }
             if (cell.values.tile != tile)
                 cell.begin(tile);
-            for (std::size_t k = 0; k < blended.taps; ++k)
-                read(cell, blended.records[k], tile, lights);
             const bool is_exact = is_last && store_.settings().exact_edges;
             blended.is_last = is_last && !is_exact;
             blended.force = is_exact || is_base ? 0 : one_weight;
@@ -234,18 +247,18 @@ private:
             const bool is_probed = Lattice::is_probed(level);
             blended.has_shafts = store_.lattice().has_shaft_rows(level);
             blended.probe_count = 0;
-            if (is_probed && !is_last) {
+            if (is_probed && !is_last)
                 add_probes(visit, level);
-                for (std::size_t k = 0; k < blended.probe_count; ++k)
-                    read(cell, blended.probes[k], tile, lights);
-            }
+            if ((lights & ~known_to_all(cell, blended)) != 0)
+                read(cell, blended, tile, lights);
             if (listed_ != nullptr) {
                 // What is listed waits for its values.
                 lights &= known_to_all(cell, blended);
                 if (lights == 0)
                     return;
             }
-            if (visit.is_flat)
+            // What one point alone asks for is as fast to blend.
+            if (visit.is_flat && cell.is_shared && (lights & ~cell.compared) != 0)
                 cell.compare(lights, !is_probed ? 0 : blended.has_shafts ? 4 : 1);
             lights = kernels_.blend_level(blend_, lights, blended);
             if (is_exact && lights != 0) {
@@ -255,13 +268,28 @@ private:
         }
     }
 
-    /// Makes some lights known in the values of a cell's record, or lists those that are not.
-    void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) const {
+    /// Makes some lights known in the values of a level's records and probes, or lists those that are not.
+    void read(CacheCell& cell, const BlendLevel& level, std::size_t tile, std::uint64_t lights) {
+        for (std::size_t k = 0; k < level.taps; ++k)
+            read(cell, level.records[k], tile, lights);
+        for (std::size_t k = 0; k < level.probe_count; ++k)
+            read(cell, level.probes[k], tile, lights);
+    }
+    void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) {
         if ((lights & ~cell.values.known(record)) == 0)
             return;
         const Column& column = cell.columns[record];
         if (listed_ == nullptr) {
-            cell.values.rows[record] = store_.row(column, tile, lights);
+            NearColumn* const near_column = record < 4 ? near_column_of(cell, record) : nullptr;
+            if (near_column == nullptr) {
+                cell.values.rows[record] = store_.row(column, tile, lights);
+                return;
+            }
+            if (near_column->tile != tile || (lights & ~near_column->row.known) != 0) {
+                near_column->row = store_.row(column, tile, lights);
+                near_column->tile = tile;
+            }
+            cell.values.rows[record] = near_column->row;
             return;
         }
         cell.values.rows[record] = store_.known_row(*column.record, tile);
@@ -353,23 +381,65 @@ private:
     CacheCell& cell_at(const CellCorners& corners, const Facing& facing, int level) {
         const std::size_t slot = static_cast<std::size_t>(corners.u + 2 * corners.v) & 3u;
         CacheCell& cell = cells_[4 * static_cast<std::size_t>(level) + slot];
-        if (cell.is_made && cell.corners == corners && cell.facing == facing)
+        if (cell.is_made && cell.corners == corners && cell.facing == facing) {
+            cell.is_shared = true;
             return cell;
+        }
         cell.is_made = false;
         cell.corners = corners;
         cell.facing = facing;
+        cell.level = level;
         bool is_kept = true;
         for (std::size_t k = 0; k < 4; ++k) {
-            cell.columns[k] = store_.column(corners.index(k, facing), facing, level, spare(cell, k), nearby_);
+            set_surface_column(cell, k);
             is_kept &= cell.columns[k].links != nullptr;
         }
-        const auto linked = [&](std::size_t from, std::size_t to, int direction) {
-            return store_.is_linked(cell.columns[from], cell.columns[to], direction, facing, level);
+        const auto link = [&](std::size_t from, std::size_t to, int direction) -> std::uint32_t {
+            return store_.is_linked(cell.columns[from], cell.columns[to], direction, facing, level) ? 1u : 0u;
         };
-        cell.links = {linked(0, 1, 0), linked(2, 3, 0), linked(0, 2, 1), linked(1, 3, 1)};
+        cell.links.along_u = link(0, 1, 0) | link(2, 3, 0) << 2;
+        cell.links.along_v = link(0, 2, 1) | link(1, 3, 1) << 1;
         cell.finish(store_.lattice().step(level));
         cell.is_made = is_kept;
         return cell;
+    }
+
+    /// The place of a column of a cell among those that were asked for last: no two of a cell share one.
+    NearColumn& near_place(const CacheCell& cell, std::size_t k) {
+        const auto u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
+        const auto v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
+        return near_columns_[static_cast<std::size_t>(cell.level)][(u & 3u) + 4 * (v & 3u)];
+    }
+    /// The brick that was found last where records of a cell's level beside its k-th lattice point are.
+    RecordBrick*& near_brick(const CacheCell& cell, std::size_t k = 0) {
+        const std::size_t u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
+        const std::size_t v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
+        const std::size_t place = (u >> 2 & 1u) + 2 * (v >> 2 & 1u);
+        return near_bricks_[4 * static_cast<std::size_t>(cell.level) + place].brick;
+    }
+    /// Finds one of the four columns of a cell.
+    void set_surface_column(CacheCell& cell, std::size_t k) {
+        const glm::ivec3 index = cell.corners.index(k, cell.facing);
+        NearColumn& place = near_place(cell, k);
+        if (place.is_made && place.index == index && place.facing == cell.facing) {
+            cell.columns[k] = place.column;
+            return;
+        }
+        Record& own = spare(cell, k);
+        cell.columns[k] = store_.column(index, cell.facing, cell.level, own, near_brick(cell, k));
+        // What stands in the cell's own place goes with the cell.
+        if (cell.columns[k].record == &own)
+            return;
+        place.is_made = true;
+        place.index = index;
+        place.facing = cell.facing;
+        place.column = cell.columns[k];
+        place.tile = CellValues::no_tile;
+    }
+    /// A column of a cell among those that were asked for last, or null.
+    NearColumn* near_column_of(const CacheCell& cell, std::size_t k) {
+        NearColumn& place = near_place(cell, k);
+        return place.is_made && place.column.record == cell.columns[k].record ? &place : nullptr;
     }
 
     void make_taps(Visit& visit, int level) {
@@ -387,24 +457,14 @@ private:
         taps.taps = 0;
         std::array<std::int64_t, 8> raw{};
         const double step = store_.lattice().step(level);
-        std::array<std::int32_t, 4> fits;
-        std::array<bool, 4> suspect{};
-        bool fits_all = true;
-        for (std::size_t k = 0; k < 4; ++k) {
-            const Column& column = cell.columns[k];
-            Fit fit;
-            if (column.record->is_on_surface())
-                fit = fit_of(column.position, column.normal, point_, normal_, step);
-            fits[k] = fit.share;
-            suspect[k] = fit.is_suspect;
-            fits_all &= fit.share > 0;
-        }
-        std::array<bool, 4> seen{true, true, true, true};
-        if (!fits_all || !cell.all_linked || std::ranges::find(suspect, true) != suspect.end())
-            find_seen(seen, suspect, cell, bilinear, level);
+        const auto [fits, suspect] = fits_of(cell.surface, point_, normal_, step);
+        const bool fits_all = fits[0] > 0 && fits[1] > 0 && fits[2] > 0 && fits[3] > 0;
+        std::uint32_t seen = all_four;
+        if (!fits_all || !cell.links.are_all_open() || suspect != 0)
+            seen = find_seen(suspect, cell, bilinear, level);
         std::int32_t served = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-            if (!seen[k])
+            if ((seen >> k & 1u) == 0)
                 continue;
             served += bilinear[k] * fits[k] >> 8;
             const std::int64_t weight = bilinear[k] + 1;
@@ -418,7 +478,7 @@ private:
             if (!cell.has_column[air])
                 set_column(cell, air,
                            store_.air(cell.corners.index(k, cell.facing), cell.facing, level,
-                                      spare(cell, air), nearby_));
+                                      spare(cell, air), near_brick(cell, k)));
             add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
@@ -455,35 +515,27 @@ private:
         taps.set(heaviest, taps.records[heaviest], taps.weights[heaviest] + rest);
     }
 
-    /// Which lattice points the point sees: rays to them, the nearest first, until one is open; from there on
-    /// over links. Those behind something that may lie before the point are seen by their own rays alone:
-    /// near the edge of a sheet links lead around it.
-    void find_seen(std::array<bool, 4>& seen, const std::array<bool, 4>& suspect, const CacheCell& cell,
-                   const std::array<std::int32_t, 4>& weights, int level) const {
+    /// Which lattice points the point sees, one bit for each: rays to them, the nearest first, until one is
+    /// open; from there on over links. Those behind something that may lie before the point are seen by their
+    /// own rays alone: near the edge of a sheet links lead around it.
+    std::uint32_t find_seen(std::uint32_t suspect, const CacheCell& cell,
+                            const std::array<std::int32_t, 4>& weights, int level) const {
         const glm::vec3 end = off_surface(point_, normal_, store_.lattice().step(level));
-        seen.fill(false);
-        // Heavier first, and the lesser number first among equals.
-        std::array<std::size_t, 4> order;
-        for (std::size_t k = 0; k < 4; ++k) {
-            std::size_t heavier = 0;
-            for (std::size_t other = 0; other < 4; ++other)
-                heavier +=
-                    weights[other] > weights[k] || (weights[other] == weights[k] && other < k) ? 1u : 0u;
-            order[heavier] = k;
+        std::uint32_t seen = 0;
+        for (std::uint32_t rest = all_four; rest != 0;) {
+            // Heavier first, and the lesser number first among equals.
+            auto k = static_cast<std::size_t>(std::countr_zero(rest));
+            for (std::size_t other = k + 1; other < 4; ++other)
+                if ((rest >> other & 1u) != 0 && weights[other] > weights[k])
+                    k = other;
+            rest &= ~(1u << k);
+            if (!store_.tracer().occluded(
+                    {end, store_.lattice().position(cell.corners.index(k, cell.facing), level)}))
+                seen |= 1u << k;
+            if ((seen & ~suspect) != 0)
+                rest &= suspect;
         }
-        bool is_any_open = false;
-        for (const std::size_t k : order) {
-            if (is_any_open && !suspect[k])
-                continue;
-            seen[k] = !store_.tracer().occluded(
-                {end, store_.lattice().position(cell.corners.index(k, cell.facing), level)});
-            is_any_open |= seen[k] && !suspect[k];
-        }
-        constexpr std::array<std::array<std::size_t, 2>, 4> ends{{{0, 1}, {2, 3}, {0, 2}, {1, 3}}};
-        for (int pass = 0; pass < 3; ++pass)
-            for (std::size_t link = 0; link < 4; ++link)
-                if (const auto [a, b] = ends[link]; cell.links[link] && !suspect[a] && !suspect[b])
-                    seen[a] = seen[b] = seen[a] || seen[b];
+        return cell.links.reach(seen, suspect);
     }
 
     /// The weight of a cell's centre: none at the cell's border, where the next cell may know nothing of it.
@@ -518,7 +570,8 @@ private:
         const std::size_t shaft = CellValues::first_shaft + record;
         if (!cell.has_column[shaft])
             set_column(cell, shaft,
-                       store_.shaft(cell.columns[record], cell.facing, level, spare(cell, shaft), nearby_));
+                       store_.shaft(cell.columns[record], cell.facing, level, spare(cell, shaft),
+                                    near_brick(cell, record)));
     }
 
     /// What four records miss between them: see `probe` of the store.
@@ -528,8 +581,9 @@ private:
         const auto [lowest, highest] = std::ranges::minmax(cell.corners.along);
         glm::ivec3 index = cell.corners.index(0, cell.facing);
         index[cell.facing.axis] = cell.facing.sign > 0.0f ? highest : lowest;
-        set_column(cell, CellValues::centre,
-                   store_.probe(index, cell.facing, level, spare(cell, CellValues::centre), nearby_));
+        set_column(
+            cell, CellValues::centre,
+            store_.probe(index, cell.facing, level, spare(cell, CellValues::centre), near_brick(cell)));
     }
 
     static void set_column(CacheCell& cell, std::size_t record, const Column& column) {
@@ -557,11 +611,12 @@ private:
     int first_level_ = Lattice::base_level;
     Blend blend_;
     WeightedFacings facings_;
-    std::uint32_t visited_ = 0;      ///< one bit for each level
-    RecordBrick* nearby_ = nullptr;  ///< the last that was found
+    std::uint32_t visited_ = 0;  ///< one bit for each level
     TangentPlane tangent_;
     LazyArray<Visit, Lattice::level_count> visits_;
     LazyArray<CacheCell, 4 * Lattice::level_count> cells_;
+    LazyArray<LazyArray<NearColumn, 16>, Lattice::level_count> near_columns_;
+    LazyArray<NearBrick, 4 * Lattice::level_count> near_bricks_;
     LazyArray<std::array<Record, CellValues::record_count>, 4 * Lattice::level_count> spares_;
 };
 
