@@ -44,7 +44,7 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
         for (std::size_t k = 0; k < level.taps; ++k) {
             const std::uint32_t byte = byte_of(level.records[k]) << 8;
             const std::uint32_t difference = byte > value ? byte - value : value - byte;
-            spread = (std::max)(spread, difference * level.spread_weights[k] >> 15);
+            spread = (std::max)(spread, difference * level.spread_weight(k) >> 15);
         }
         spread = spread * (512 - ((std::min)(2 * value, one_value) >> 8)) >> 8;
         const std::uint32_t t =
@@ -102,6 +102,7 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 weight_left -= weight;
                 level.set(k, k, weight);
             }
+            level.pad();
             level.is_last = random.below(4) == 0;
             level.has_shafts = random.below(2) == 0;
             for (std::size_t probes = random.below(5); level.probe_count < probes;)

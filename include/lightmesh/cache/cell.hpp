@@ -104,9 +104,7 @@ struct CacheCell {
     }
 
 private:
-    static bool is_same(const glm::vec3& a, const glm::vec3& b) {
-        return std::abs(a.x - b.x) < 1e-4f && std::abs(a.y - b.y) < 1e-4f && std::abs(a.z - b.z) < 1e-4f;
-    }
+    static bool is_same(const glm::vec3& a, const glm::vec3& b) { return largest_component(a - b) < 1e-4f; }
 };
 
 }  // namespace lightmesh::detail

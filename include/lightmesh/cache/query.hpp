@@ -198,7 +198,8 @@ private:
     bool find_uniform(std::size_t tile, std::uint64_t lights, std::span<float> lit) {
         if (first_level_ < Lattice::base_level)
             return false;
-        const Visit& visit = visit_level(first_level_, facings_.all[0]);
+        set_facing(facings_.all[0]);
+        const Visit& visit = visit_level(first_level_);
         if (!visit.is_flat || (lights & ~visit.cell->uniform_of(tile)) != 0)
             return false;
         kernels_.write_first(visit.cell->values, lights, lit);
@@ -207,11 +208,12 @@ private:
 
     void find_along(const Facing& facing, std::size_t tile, std::uint64_t lights) {
         kernels_.start(blend_, lights);
+        set_facing(facing);
         for (int level = first_level_; lights != 0; ++level) {
             const int finest = store_.lattice().finest_level();
             const std::int32_t next = level < finest ? share_of(level + 1) : 0;
             const bool is_last = next == 0;
-            Visit& visit = visit_level(level, facing);
+            Visit& visit = visit_level(level);
             CacheCell& cell = *visit.cell;
             if (!visit.has_taps)
                 make_taps(visit, level);
@@ -360,16 +362,20 @@ private:
         }
     }
 
-    Visit& visit_level(int level, const Facing& facing) {
-        if (!has_tangent_ || tangent_.facing != facing) {
-            visited_ = 0;
-            tangent_ = TangentPlane(normal_, facing);
-            has_tangent_ = true;
-        }
+    /// Before levels are visited along a facing.
+    void set_facing(const Facing& facing) {
+        if (has_tangent_ && tangent_.facing == facing)
+            return;
+        visited_ = 0;
+        tangent_ = TangentPlane(normal_, facing);
+        has_tangent_ = true;
+    }
+
+    Visit& visit_level(int level) {
         Visit& visit = visits_[static_cast<std::size_t>(level)];
         if ((visited_ >> level & 1u) == 0) {
             visit.stencil = stencil_at(store_.lattice(), point_, tangent_, level);
-            visit.cell = &cell_at(visit.stencil.corners, facing, level);
+            visit.cell = &cell_at(visit.stencil.corners, tangent_.facing, level);
             visit.level.values = &visit.cell->values;
             visit.is_flat = visit.cell->fits(point_, normal_);
             visit.has_taps = false;
@@ -482,6 +488,7 @@ private:
             add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
+        taps.pad();
         // Objects about as large as the cell lie near: what records say that are left, or in the air, need
         // not hold for the point. On the finer levels less weight hangs on that.
         const bool is_coarse = level < Lattice::base_level + 2;

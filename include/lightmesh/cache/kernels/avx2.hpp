@@ -216,8 +216,7 @@ LIGHTMESH_AVX2 inline void give(Lanes* found, __m256i lower_share, __m256i lower
     store(found[1], _mm256_add_epi32(load(found[1]), _mm256_mullo_epi32(upper_share, upper_value)));
 }
 
-/// A level's records with what does not depend on the lights; those beyond its taps are the first once more,
-/// with no weight.
+/// A level's records with what does not depend on the lights.
 template <std::size_t count>
 struct Taps {
     const RowBytes* rows[count];
@@ -227,16 +226,22 @@ struct Taps {
 
 template <std::size_t count>
 LIGHTMESH_AVX2 inline void set_taps(Taps<count>& taps, const BlendLevel& level) {
-    std::uint32_t weights[count];
-    for (std::size_t k = 0; k < count; ++k) {
-        const bool is_there = k < level.taps;
-        taps.rows[k] = &level.values->rows[level.records[is_there ? k : 0]];
-        weights[k] = is_there ? 0u - level.weights[k] : 0u;
-        taps.spread_shares[k] = shares_of(repeat(is_there ? level.spread_weights[k] : 0u));
+    for (std::size_t k = 0; k < count; ++k)
+        taps.rows[k] = &level.values->rows[level.records[k]];
+    for (std::size_t k = 0; k < count; k += 4) {
+        const __m128i weights = _mm_loadu_si128(reinterpret_cast<const __m128i*>(&level.weights[k]));
+        // Two of 16 bits each, side by side.
+        const __m128i negative =
+            _mm_shuffle_epi8(_mm_sub_epi32(_mm_setzero_si128(), weights),
+                             _mm_setr_epi8(0, 1, 4, 5, 8, 9, 12, 13, 0, 1, 4, 5, 8, 9, 12, 13));
+        taps.weights[k / 2] = _mm256_broadcastd_epi32(negative);
+        taps.weights[k / 2 + 1] = _mm256_broadcastd_epi32(_mm_srli_epi64(negative, 32));
+        const __m128i spread = _mm_min_epu32(_mm_slli_epi32(weights, 2), _mm_set1_epi32(one_weight));
+        taps.spread_shares[k] = shares_of(_mm256_broadcastw_epi16(spread));
+        taps.spread_shares[k + 1] = shares_of(_mm256_broadcastw_epi16(_mm_srli_si128(spread, 4)));
+        taps.spread_shares[k + 2] = shares_of(_mm256_broadcastw_epi16(_mm_srli_si128(spread, 8)));
+        taps.spread_shares[k + 3] = shares_of(_mm256_broadcastw_epi16(_mm_srli_si128(spread, 12)));
     }
-    for (std::size_t k = 0; k < count; k += 2)
-        taps.weights[k / 2] =
-            _mm256_set1_epi32(static_cast<int>((weights[k] & 0xffffu) | weights[k + 1] << 16));
 }
 
 /// Two octets at a time, at 16 bits but for what is found.

@@ -181,7 +181,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
             spread_bytes(word(level.records[k]), bytes);
             bytes <<= 8;
             keep_greater(spread,
-                         (bytes > value ? bytes - value : value - bytes) * level.spread_weights[k] >> 15);
+                         (bytes > value ? bytes - value : value - bytes) * level.spread_weight(k) >> 15);
         }
         const Lanes twice = 2 * value < one_value ? 2 * value : Lanes{} + one_value;
         spread = spread * (512u - (twice >> 8)) >> 8;
