@@ -44,7 +44,7 @@ struct CacheCell {
     /// After the four columns and the links are there.
     void finish(double step) {
         is_shared = false;
-        has_column = {true, true, true, true};
+        std::fill(has_column.begin() + CellValues::first_in_air, has_column.end(), false);
         begin(CellValues::no_tile);
         normal = columns[0].normal;
         position = columns[0].position;

@@ -85,15 +85,16 @@ public:
 private:
     static constexpr std::uint32_t all_four = 15;
 
-    /// A column that is shared by neighbouring cells, and what is known of its row.
+    /// A record that neighbouring cells share, and what is known of its row.
     struct NearColumn {
         bool is_made = false;
-        Facing facing;
-        glm::ivec3 index;  ///< that was asked for
+        RecordKey key;  ///< that was asked for
         Column column;
         std::size_t tile;  ///< of the row
         RowBytes row;
     };
+    static constexpr std::size_t cell_count = 64;
+
     struct NearBrick {
         RecordBrick* brick = nullptr;
     };
@@ -282,7 +283,7 @@ private:
             return;
         const Column& column = cell.columns[record];
         if (listed_ == nullptr) {
-            NearColumn* const near_column = record < 4 ? near_column_of(cell, record) : nullptr;
+            NearColumn* const near_column = near_column_of(cell, record);
             if (near_column == nullptr) {
                 cell.values.rows[record] = store_.row(column, tile, lights);
                 return;
@@ -385,9 +386,10 @@ private:
     }
 
     CacheCell& cell_at(const CellCorners& corners, const Facing& facing, int level) {
-        const std::size_t slot = static_cast<std::size_t>(corners.u + 2 * corners.v) & 3u;
-        CacheCell& cell = cells_[4 * static_cast<std::size_t>(level) + slot];
-        if (cell.is_made && cell.corners == corners && cell.facing == facing) {
+        // Neighbours on a surface, and those on two surfaces, do not take each other's place.
+        const auto place = static_cast<std::size_t>(corners.u + 2 * corners.v + 4 * corners.along[0]) & 7u;
+        CacheCell& cell = cells_[8 * (static_cast<std::size_t>(level) & 7u) + place];
+        if (cell.is_made && cell.corners == corners && cell.facing == facing && cell.level == level) {
             cell.is_shared = true;
             return cell;
         }
@@ -397,7 +399,9 @@ private:
         cell.level = level;
         bool is_kept = true;
         for (std::size_t k = 0; k < 4; ++k) {
-            set_surface_column(cell, k);
+            set_near_column(cell, k, RecordKind::fallen, [&](const glm::ivec3& index, Record& spare) {
+                return store_.column(index, facing, level, spare, near_brick(cell, k));
+            });
             is_kept &= cell.columns[k].links != nullptr;
         }
         const auto link = [&](std::size_t from, std::size_t to, int direction) -> std::uint32_t {
@@ -410,12 +414,6 @@ private:
         return cell;
     }
 
-    /// The place of a column of a cell among those that were asked for last: no two of a cell share one.
-    NearColumn& near_place(const CacheCell& cell, std::size_t k) {
-        const auto u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
-        const auto v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
-        return near_columns_[static_cast<std::size_t>(cell.level)][(u & 3u) + 4 * (v & 3u)];
-    }
     /// The brick that was found last where records of a cell's level beside its k-th lattice point are.
     RecordBrick*& near_brick(const CacheCell& cell, std::size_t k = 0) {
         const std::size_t u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
@@ -423,29 +421,43 @@ private:
         const std::size_t place = (u >> 2 & 1u) + 2 * (v >> 2 & 1u);
         return near_bricks_[4 * static_cast<std::size_t>(cell.level) + place].brick;
     }
-    /// Finds one of the four columns of a cell.
-    void set_surface_column(CacheCell& cell, std::size_t k) {
-        const glm::ivec3 index = cell.corners.index(k, cell.facing);
-        NearColumn& place = near_place(cell, k);
-        if (place.is_made && place.index == index && place.facing == cell.facing) {
-            cell.columns[k] = place.column;
+    /// The place among those that were asked for last of one of a cell's records at its four lattice points,
+    /// on a surface or in the air.
+    NearColumn& near_place(const CacheCell& cell, std::size_t record) {
+        const std::size_t k = record & 3u;
+        const auto u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
+        const auto v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
+        const auto along = static_cast<std::size_t>(cell.corners.along[k]);
+        return near_columns_[(static_cast<std::size_t>(cell.level) & 3u) + (record & 4u)]
+                            [(u & 3u) + 4 * (v & 3u) + 16 * (along & 3u)];
+    }
+    /// Sets one of these records, by find(index, where one stands that is not kept) if it must.
+    template <class Find>
+    void set_near_column(CacheCell& cell, std::size_t record, RecordKind kind, const Find& find) {
+        const glm::ivec3 index = cell.corners.index(record & 3u, cell.facing);
+        const RecordKey key(index, kind, cell.facing, cell.level);
+        NearColumn& place = near_place(cell, record);
+        cell.has_column[record] = true;
+        if (place.is_made && place.key == key) {
+            cell.columns[record] = place.column;
             return;
         }
-        Record& own = spare(cell, k);
-        cell.columns[k] = store_.column(index, cell.facing, cell.level, own, near_brick(cell, k));
+        Record& own = spare(cell, record);
+        cell.columns[record] = find(index, own);
         // What stands in the cell's own place goes with the cell.
-        if (cell.columns[k].record == &own)
+        if (cell.columns[record].record == &own)
             return;
         place.is_made = true;
-        place.index = index;
-        place.facing = cell.facing;
-        place.column = cell.columns[k];
+        place.key = key;
+        place.column = cell.columns[record];
         place.tile = CellValues::no_tile;
     }
-    /// A column of a cell among those that were asked for last, or null.
-    NearColumn* near_column_of(const CacheCell& cell, std::size_t k) {
-        NearColumn& place = near_place(cell, k);
-        return place.is_made && place.column.record == cell.columns[k].record ? &place : nullptr;
+    /// One of these records among those that were asked for last, or null.
+    NearColumn* near_column_of(const CacheCell& cell, std::size_t record) {
+        if (record >= CellValues::centre)
+            return nullptr;
+        NearColumn& place = near_place(cell, record);
+        return place.is_made && place.column.record == cell.columns[record].record ? &place : nullptr;
     }
 
     void make_taps(Visit& visit, int level) {
@@ -482,9 +494,9 @@ private:
                 add_tap(taps, raw, k, 10 * weight * fits[k]);
             const std::size_t air = CellValues::first_in_air + k;
             if (!cell.has_column[air])
-                set_column(cell, air,
-                           store_.air(cell.corners.index(k, cell.facing), cell.facing, level,
-                                      spare(cell, air), near_brick(cell, k)));
+                set_near_column(cell, air, RecordKind::air, [&](const glm::ivec3& index, Record& spare) {
+                    return store_.air(index, cell.facing, level, spare, near_brick(cell, k));
+                });
             add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
@@ -621,10 +633,10 @@ private:
     std::uint32_t visited_ = 0;  ///< one bit for each level
     TangentPlane tangent_;
     LazyArray<Visit, Lattice::level_count> visits_;
-    LazyArray<CacheCell, 4 * Lattice::level_count> cells_;
-    LazyArray<LazyArray<NearColumn, 16>, Lattice::level_count> near_columns_;
+    LazyArray<CacheCell, cell_count> cells_;                ///< by level modulo 8
+    LazyArray<LazyArray<NearColumn, 64>, 8> near_columns_;  ///< by level modulo 4, and in the air
     LazyArray<NearBrick, 4 * Lattice::level_count> near_bricks_;
-    LazyArray<std::array<Record, CellValues::record_count>, 4 * Lattice::level_count> spares_;
+    LazyArray<std::array<Record, CellValues::record_count>, cell_count> spares_;
 };
 
 }  // namespace lightmesh::detail

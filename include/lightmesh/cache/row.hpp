@@ -36,7 +36,7 @@ inline TileValues values_of(const RowBytes& row) {
 /// The octets of the lights in a mask.
 inline std::uint32_t octets_of(std::uint64_t lights) {
     constexpr std::uint64_t low_bits = 0x7f7f7f7f7f7f7f7fu;
-    const std::uint64_t highest = ((lights & low_bits) + low_bits | lights) >> 7 & 0x0101010101010101u;
+    const std::uint64_t highest = (((lights & low_bits) + low_bits) | lights) >> 7 & 0x0101010101010101u;
     return static_cast<std::uint32_t>(highest * 0x0102040810204080u >> 56);
 }
 
