@@ -26,7 +26,7 @@ std::uint64_t bits_of(test::Random& random) {
 /// As the kernels' docs say, light by light. Returns whether the next level has to say something.
 bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& level, std::size_t light) {
     const auto byte_of = [&](std::size_t record) {
-        return static_cast<std::uint32_t>(level.values->octets[light / 8][record] >> light % 8 * 8 & 255u);
+        return static_cast<std::uint32_t>(level.values->octet(record, light / 8) >> light % 8 * 8 & 255u);
     };
     std::uint32_t sum = 64;
     std::uint32_t least = 255;
@@ -44,7 +44,7 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
         for (std::size_t k = 0; k < level.taps; ++k) {
             const std::uint32_t byte = byte_of(level.records[k]) << 8;
             const std::uint32_t difference = byte > value ? byte - value : value - byte;
-            spread = (std::max)(spread, difference * level.spread_weights[k] >> 15);
+            spread = (std::max)(spread, difference * level.spread_weight(k) >> 15);
         }
         spread = spread * (512 - ((std::min)(2 * value, one_value) >> 8)) >> 8;
         const std::uint32_t t =
@@ -56,7 +56,7 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
             beta = (std::max)(beta, level.window);
         for (std::size_t k = 0; k < level.taps; ++k)
             if (level.records[k] < CellValues::first_in_air &&
-                (level.values->misses[level.records[k]] >> l & 1) != 0)
+                (level.values->misses[level.records[k]] >> light & 1) != 0)
                 beta = (std::max)(beta, (std::min)(8 * level.weights[k], std::uint32_t{one_weight}));
         if (greatest > 0)
             beta = (std::max)(beta, level.missing);
@@ -79,18 +79,18 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
             CellValues values;
             values.begin(0);
             // Rows that often agree, as real ones do, and are often all dark or all lit.
-            for (auto& octet : values.octets) {
+            for (std::size_t o = 0; o < 8; ++o) {
                 const auto any = [&] {
                     const std::size_t kind = random.below(4);
                     return kind == 0 ? 0u : kind == 1 ? ~std::uint64_t{0} : bits_of(random);
                 };
                 const std::uint64_t common = any();
-                for (std::uint64_t& word : octet)
-                    word = random.below(3) > 0 ? common : any();
+                for (RowBytes& row : values.rows)
+                    row.octets[o] = random.below(3) > 0 ? common : any();
             }
-            for (auto& octet : values.octets)
+            for (std::size_t o = 0; o < 8; ++o)
                 if (random.below(2) == 0)
-                    octet[CellValues::centre] = 0x7f'00'ff'7f'80'7f'00'ffu;
+                    values.rows[CellValues::centre].octets[o] = 0x7f'00'ff'7f'80'7f'00'ffu;
             BlendLevel level;
             level.values = &values;
             level.taps = 1 + random.below(8);
@@ -102,6 +102,7 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 weight_left -= weight;
                 level.set(k, k, weight);
             }
+            level.pad();
             level.is_last = random.below(4) == 0;
             for (std::size_t k = 0; k < CellValues::first_in_air; ++k)
                 values.misses[k] = random.below(2) == 0 ? 0 : bits_of(random) & bits_of(random);
@@ -131,7 +132,7 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 std::uint32_t left = (lights >> l & 1) != 0 ? one_weight : 0;
                 bool is_next = false;
                 if ((given >> l & 1) != 0)
-                    found = static_cast<std::uint32_t>(values.octets[l / 8][0] >> l % 8 * 8 & 255u) << 23;
+                    found = static_cast<std::uint32_t>(values.octet(0, l / 8) >> l % 8 * 8 & 255u) << 23;
                 else if ((asked >> l & 1) != 0)
                     is_next = blend_one(found, left, level, l);
                 CAPTURE(l);

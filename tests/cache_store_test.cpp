@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <map>
 #include <thread>
 #include <tuple>
@@ -134,6 +135,30 @@ TEST_CASE("cache store: closed and open lights take fewer bytes than others") {
         return pool.bytes() - before;
     };
     CHECK(bytes_with(255) * 10 < bytes_with(100) * 6);
+}
+
+TEST_CASE("cache store: bytes of shaft rows tell values and whether they miss something") {
+    for (int value = 0; value < 256; ++value)
+        for (const bool misses : {false, true})
+            for (int at = 0; at < 8; ++at) {
+                // Among others that must stay as they are.
+                std::uint64_t bytes = 0xff'00'80'01'fe'02'03'fdu;
+                std::uint64_t expected = 0xff'00'80'00'fe'02'03'ffu;
+                std::uint32_t marks = 0b0001'0011u;
+                const std::uint64_t lane = std::uint64_t{255} << 8 * at;
+                const std::uint8_t byte =
+                    lightmesh::detail::shaft_byte(static_cast<std::uint8_t>(value), misses);
+                bytes = (bytes & ~lane) | static_cast<std::uint64_t>(byte) << 8 * at;
+                marks = (marks & ~(1u << at)) | (misses ? 1u : 0u) << at;
+                CHECK(lightmesh::detail::read_shaft_bytes(bytes) == marks);
+                const int read = static_cast<int>(bytes >> 8 * at & 255u);
+                CHECK(std::abs(read - value) <= (value > 250 && misses ? 4 : 2));
+                if (value == 0 || value == 255)
+                    CHECK(read == value);
+                CHECK((bytes & ~lane) == (expected & ~lane));
+                // Only what is the same all around is 0 or 255.
+                CHECK((byte == 0 || byte == 255) == (!misses && (value == 0 || value == 255)));
+            }
 }
 
 TEST_CASE("cache store: rows that threads add to at once hold what all of them added") {

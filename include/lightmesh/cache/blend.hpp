@@ -43,25 +43,34 @@ struct Blend {
 struct BlendLevel {
     const CellValues* values = nullptr;
     std::size_t taps = 0;
-    std::array<std::uint8_t, 8> records;  ///< of the cell's
+    /// Of the cell's; beyond the taps, up to a multiple of four, any of them, with a weight of 0.
+    std::array<std::uint8_t, 8> records;
     std::array<std::uint32_t, 8> weights;
-    std::array<std::uint32_t, 8> spread_weights;  ///< four times the weights, at most one_weight
-    std::uint32_t force = 0;                      ///< least share of the next level, of one_weight
+    std::uint32_t force = 0;  ///< least share of the next level, of one_weight
     std::uint32_t fade = static_cast<std::uint32_t>(one_weight);  ///< greatest share of the next level
     bool is_last = false;
     std::uint32_t window = 0;  ///< weight of the cell's probe; 0: it is not asked
-    /// Least share of the next level for lights of which a record does not tell what lies around it.
-    std::array<std::uint32_t, 8> miss_weights;
-    std::uint64_t misses = 0;  ///< the lights of which any does not
+    std::uint64_t misses = 0;  ///< the lights of which any record does not tell what lies around it
     /// Least share of the next level for lights that any of the records sees: for want of records that fit.
     std::uint32_t missing = 0;
 
     void set(std::size_t tap, std::size_t record, std::uint32_t weight) {
-        constexpr auto whole = static_cast<std::uint32_t>(one_weight);
         records[tap] = static_cast<std::uint8_t>(record);
         weights[tap] = weight;
-        spread_weights[tap] = (std::min)(4 * weight, whole);
-        miss_weights[tap] = (std::min)(8 * weight, whole);
+    }
+    /// After the taps are set.
+    void pad() {
+        for (std::size_t tap = taps; tap % 4 != 0; ++tap)
+            set(tap, records[0], 0);
+    }
+    /// By how much a difference between a record and the blend counts: four times the record's weight, at
+    /// most one_weight.
+    std::uint32_t spread_weight(std::size_t tap) const {
+        return (std::min)(4 * weights[tap], static_cast<std::uint32_t>(one_weight));
+    }
+    /// Least share of the next level for lights of which this record does not tell what lies around it.
+    std::uint32_t miss_weight(std::size_t tap) const {
+        return (std::min)(8 * weights[tap], static_cast<std::uint32_t>(one_weight));
     }
 };
 

@@ -26,30 +26,33 @@ namespace lightmesh::detail {
 struct CacheCell {
     CellCorners corners;
     Facing facing;
+    int level;
     bool is_made = false;
     bool is_flat;
-    bool all_linked;
-    std::array<bool, 4> links;  ///< 0-1, 2-3 along u; 0-2, 1-3 along v
+    bool is_shared;  ///< whether more than one point has asked for it
+    CellLinks links;
     std::array<bool, CellValues::record_count> has_column;
     glm::vec3 normal;        ///< of a flat cell
     glm::vec3 position;      ///< a record of a flat cell
     float slack;             ///< how far from its plane points may lie, world units
     std::uint64_t compared;  ///< the lights of the values' tile that are known in all rows, and compared
     std::uint64_t uniform;   ///< those of them that are the same in all rows
+    CellSurface surface;
     CellValues values;
     std::array<Column, CellValues::record_count> columns;
 
     /// After the four columns and the links are there.
     void finish(double step) {
-        all_linked = links[0] && links[1] && links[2] && links[3];
-        has_column = {true, true, true, true};
+        is_shared = false;
+        std::fill(has_column.begin() + CellValues::first_in_air, has_column.end(), false);
         begin(CellValues::no_tile);
         normal = columns[0].normal;
         position = columns[0].position;
         float farthest = 0.0f;
-        is_flat = all_linked;
+        is_flat = links.are_all_open();
         for (std::size_t k = 0; k < 4; ++k) {
             const Column& column = columns[k];
+            surface.set(k, column.position, column.normal);
             is_flat &= column.record->is_on_surface() && is_same(column.normal, normal);
             farthest = (std::max)(farthest, std::abs(glm::dot(normal, column.position - position)));
         }
@@ -78,17 +81,20 @@ struct CacheCell {
     void compare(std::uint64_t lights, bool has_probe) {
         lights &= ~compared;
         if (has_probe)
-            lights &= values.known[CellValues::centre];
+            lights &= values.known(CellValues::centre);
         for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
             const int o = std::countr_zero(octets);
-            const auto& words = values.octets[static_cast<std::size_t>(o)];
+            const auto word = [&](std::size_t record) {
+                return values.octet(record, static_cast<std::size_t>(o));
+            };
+            const std::uint64_t first = word(0);
             Lanes lanes;
-            spread_bytes((words[0] ^ words[1]) | (words[0] ^ words[2]) | (words[0] ^ words[3]), lanes);
+            spread_bytes((first ^ word(1)) | (first ^ word(2)) | (first ^ word(3)), lanes);
             if (has_probe) {
                 Lanes value;
                 Lanes probe;
-                spread_bytes(words[0], value);
-                spread_bytes(words[CellValues::centre], probe);
+                spread_bytes(first, value);
+                spread_bytes(word(CellValues::centre), probe);
                 mark_missed(lanes, probe, value, value);
             }
             uniform |= (mask_of(lanes) ^ 255u) << 8 * o & lights;
@@ -98,10 +104,17 @@ struct CacheCell {
         compared |= lights;
     }
 
-private:
-    static bool is_same(const glm::vec3& a, const glm::vec3& b) {
-        return std::abs(a.x - b.x) < 1e-4f && std::abs(a.y - b.y) < 1e-4f && std::abs(a.z - b.z) < 1e-4f;
+    /// The lights of which a record that serves a point does not tell what lies around it.
+    std::uint64_t misses_of(const BlendLevel& serving) const {
+        std::uint64_t misses = 0;
+        for (std::size_t k = 0; k < serving.taps; ++k)
+            if (serving.records[k] < CellValues::first_in_air)
+                misses |= values.misses[serving.records[k]];
+        return misses;
     }
+
+private:
+    static bool is_same(const glm::vec3& a, const glm::vec3& b) { return largest_component(a - b) < 1e-4f; }
 };
 
 }  // namespace lightmesh::detail

@@ -13,11 +13,11 @@ namespace lightmesh::detail {
 
 /// A record where it stands.
 struct Column {
-    const Record* record = nullptr;
-    std::atomic<std::uint16_t>* links = nullptr;  ///< null: not kept
-    RecordKey key;                                ///< of the record's own lattice point
-    glm::vec3 position{0.0f};
-    glm::vec3 normal{0.0f};  ///< zero: there is no surface
+    const Record* record;
+    std::atomic<std::uint16_t>* links;  ///< null: not kept
+    RecordKey key;                      ///< of the record's own lattice point
+    glm::vec3 position;
+    glm::vec3 normal;  ///< zero: there is no surface
 };
 
 /// Where the middle of what a probe stands for falls from: of the cell of which `index` has the least indices
@@ -37,13 +37,13 @@ inline Column column_of(const Lattice& lattice, const RecordKey& key, const Reco
     const int level = key.level();
     Column column;
     column.record = &record;
-    if (is_kept)
-        column.links = &const_cast<Record&>(record).links;
+    column.links = is_kept ? &const_cast<Record&>(record).links : nullptr;
     column.key = key;
     column.position = key.is_probe() ? probe_start(lattice, key.index(), facing, level)
                                      : lattice.position(key.index(), level);
+    column.normal = glm::vec3(0.0f);
     if (record.is_on_surface()) {
-        column.position -= record.fall * facing.up();
+        column.position[facing.axis] -= record.fall * facing.sign;
         column.normal = record.unit_normal();
     }
     return column;

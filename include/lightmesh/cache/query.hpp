@@ -83,6 +83,22 @@ public:
     }
 
 private:
+    static constexpr std::uint32_t all_four = 15;
+
+    /// A record that neighbouring cells share, and what is known of its row.
+    struct NearColumn {
+        bool is_made = false;
+        RecordKey key;  ///< that was asked for
+        Column column;
+        std::size_t tile;  ///< of the row
+        RowBytes row;
+    };
+    static constexpr std::size_t cell_count = 64;
+
+    struct NearBrick {
+        RecordBrick* brick = nullptr;
+    };
+
     /// A level's cell about the point, and what it says.
     struct Visit {
         CellStencil stencil;
@@ -183,7 +199,8 @@ private:
     bool find_uniform(std::size_t tile, std::uint64_t lights, std::span<float> lit) {
         if (first_level_ < Lattice::base_level)
             return false;
-        const Visit& visit = visit_level(first_level_, facings_.all[0]);
+        set_facing(facings_.all[0]);
+        const Visit& visit = visit_level(first_level_);
         if (!visit.is_flat || (lights & ~visit.cell->uniform_of(tile)) != 0)
             return false;
         kernels_.write_first(visit.cell->values, lights, lit);
@@ -192,11 +209,12 @@ private:
 
     void find_along(const Facing& facing, std::size_t tile, std::uint64_t lights) {
         kernels_.start(blend_, lights);
+        set_facing(facing);
         for (int level = first_level_; lights != 0; ++level) {
             const int finest = store_.lattice().finest_level();
             const std::int32_t next = level < finest ? share_of(level + 1) : 0;
             const bool is_last = next == 0;
-            Visit& visit = visit_level(level, facing);
+            Visit& visit = visit_level(level);
             CacheCell& cell = *visit.cell;
             if (!visit.has_taps)
                 make_taps(visit, level);
@@ -225,29 +243,25 @@ private:
             }
             if (cell.values.tile != tile)
                 cell.begin(tile);
-            blended.misses = 0;
-            for (std::size_t k = 0; k < blended.taps; ++k) {
-                read(cell, blended.records[k], tile, lights);
-                if (blended.records[k] < CellValues::first_in_air)
-                    blended.misses |= cell.values.misses[blended.records[k]];
-            }
             const bool is_exact = is_last && store_.settings().exact_edges;
             blended.is_last = is_last && !is_exact;
             blended.force = is_exact || is_base ? 0 : one_weight;
             blended.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
             const bool has_probes = store_.lattice().has_probes(level);
             blended.window = has_probes && !is_last ? window_of(visit.stencil) : 0;
-            if (blended.window != 0) {
+            if (blended.window != 0)
                 place_probe(cell, level);
-                read(cell, CellValues::centre, tile, lights);
-            }
+            if ((lights & ~known_to_all(cell, blended)) != 0)
+                read(cell, blended, tile, lights);
+            blended.misses = cell.misses_of(blended);
             if (listed_ != nullptr) {
                 // What is listed waits for its values.
                 lights &= known_to_all(cell, blended);
                 if (lights == 0)
                     return;
             }
-            if (visit.is_flat)
+            // What one point alone asks for is as fast to blend.
+            if (visit.is_flat && cell.is_shared && (lights & ~cell.compared) != 0)
                 cell.compare(lights, has_probes);
             lights = kernels_.blend_level(blend_, lights, blended);
             if (is_exact && lights != 0) {
@@ -257,20 +271,34 @@ private:
         }
     }
 
-    /// Makes some lights known in the values of a cell's record, or lists those that are not.
-    void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) const {
-        if ((lights & ~cell.values.known[record]) == 0)
+    /// Makes some lights known in the values of a level's records and probe, or lists those that are not.
+    void read(CacheCell& cell, const BlendLevel& level, std::size_t tile, std::uint64_t lights) {
+        for (std::size_t k = 0; k < level.taps; ++k)
+            read(cell, level.records[k], tile, lights);
+        if (level.window != 0)
+            read(cell, CellValues::centre, tile, lights);
+    }
+    void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) {
+        if ((lights & ~cell.values.known(record)) == 0)
             return;
         const Column& column = cell.columns[record];
-        const RowBytes row =
-            listed_ == nullptr ? store_.row(column, tile, lights) : store_.known_row(*column.record, tile);
-        if (record < CellValues::first_in_air && store_.lattice().has_shaft_rows(column.key.level()))
-            cell.values.set_shaft(record, row);
-        else
-            cell.values.set(record, row);
-        if (listed_ == nullptr)
+        const bool is_shaft =
+            record < CellValues::first_in_air && store_.lattice().has_shaft_rows(column.key.level());
+        if (listed_ == nullptr) {
+            NearColumn* const near_column = near_column_of(cell, record);
+            if (near_column == nullptr) {
+                cell.values.set(record, store_.row(column, tile, lights), is_shaft);
+                return;
+            }
+            if (near_column->tile != tile || (lights & ~near_column->row.known) != 0) {
+                near_column->row = store_.row(column, tile, lights);
+                near_column->tile = tile;
+            }
+            cell.values.set(record, near_column->row, is_shaft);
             return;
-        const std::uint64_t missing = lights & ~cell.values.known[record];
+        }
+        cell.values.set(record, store_.known_row(*column.record, tile), is_shaft);
+        const std::uint64_t missing = lights & ~cell.values.known(record);
         // A record that is not kept has no links.
         if (missing != 0 && column.links != nullptr)
             listed_->add({column.key, tile}, missing);
@@ -278,9 +306,9 @@ private:
 
     /// The lights that all records know which serve a point, and the probe if it is asked.
     static std::uint64_t known_to_all(const CacheCell& cell, const BlendLevel& level) {
-        std::uint64_t known = level.window != 0 ? cell.values.known[CellValues::centre] : ~std::uint64_t{0};
+        std::uint64_t known = level.window != 0 ? cell.values.known(CellValues::centre) : ~std::uint64_t{0};
         for (std::size_t k = 0; k < level.taps; ++k)
-            known &= cell.values.known[level.records[k]];
+            known &= cell.values.known(level.records[k]);
         return known;
     }
 
@@ -335,16 +363,20 @@ private:
         }
     }
 
-    Visit& visit_level(int level, const Facing& facing) {
-        if (!has_tangent_ || tangent_.facing != facing) {
-            visited_ = 0;
-            tangent_ = TangentPlane(normal_, facing);
-            has_tangent_ = true;
-        }
+    /// Before levels are visited along a facing.
+    void set_facing(const Facing& facing) {
+        if (has_tangent_ && tangent_.facing == facing)
+            return;
+        visited_ = 0;
+        tangent_ = TangentPlane(normal_, facing);
+        has_tangent_ = true;
+    }
+
+    Visit& visit_level(int level) {
         Visit& visit = visits_[static_cast<std::size_t>(level)];
         if ((visited_ >> level & 1u) == 0) {
             visit.stencil = stencil_at(store_.lattice(), point_, tangent_, level);
-            visit.cell = &cell_at(visit.stencil.corners, facing, level);
+            visit.cell = &cell_at(visit.stencil.corners, tangent_.facing, level);
             visit.level.values = &visit.cell->values;
             visit.is_flat = visit.cell->fits(point_, normal_);
             visit.has_taps = false;
@@ -354,25 +386,78 @@ private:
     }
 
     CacheCell& cell_at(const CellCorners& corners, const Facing& facing, int level) {
-        const std::size_t slot = static_cast<std::size_t>(corners.u + 2 * corners.v) & 3u;
-        CacheCell& cell = cells_[4 * static_cast<std::size_t>(level) + slot];
-        if (cell.is_made && cell.corners == corners && cell.facing == facing)
+        // Neighbours on a surface, and those on two surfaces, do not take each other's place.
+        const auto place = static_cast<std::size_t>(corners.u + 2 * corners.v + 4 * corners.along[0]) & 7u;
+        CacheCell& cell = cells_[8 * (static_cast<std::size_t>(level) & 7u) + place];
+        if (cell.is_made && cell.corners == corners && cell.facing == facing && cell.level == level) {
+            cell.is_shared = true;
             return cell;
+        }
         cell.is_made = false;
         cell.corners = corners;
         cell.facing = facing;
+        cell.level = level;
         bool is_kept = true;
         for (std::size_t k = 0; k < 4; ++k) {
-            cell.columns[k] = store_.column(corners.index(k, facing), facing, level, spare(cell, k), nearby_);
+            set_near_column(cell, k, RecordKind::fallen, [&](const glm::ivec3& index, Record& spare) {
+                return store_.column(index, facing, level, spare, near_brick(cell, k));
+            });
             is_kept &= cell.columns[k].links != nullptr;
         }
-        const auto linked = [&](std::size_t from, std::size_t to, int direction) {
-            return store_.is_linked(cell.columns[from], cell.columns[to], direction, facing, level);
+        const auto link = [&](std::size_t from, std::size_t to, int direction) -> std::uint32_t {
+            return store_.is_linked(cell.columns[from], cell.columns[to], direction, facing, level) ? 1u : 0u;
         };
-        cell.links = {linked(0, 1, 0), linked(2, 3, 0), linked(0, 2, 1), linked(1, 3, 1)};
+        cell.links.along_u = link(0, 1, 0) | link(2, 3, 0) << 2;
+        cell.links.along_v = link(0, 2, 1) | link(1, 3, 1) << 1;
         cell.finish(store_.lattice().step(level));
         cell.is_made = is_kept;
         return cell;
+    }
+
+    /// The brick that was found last where records of a cell's level beside its k-th lattice point are.
+    RecordBrick*& near_brick(const CacheCell& cell, std::size_t k = 0) {
+        const std::size_t u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
+        const std::size_t v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
+        const std::size_t place = (u >> 2 & 1u) + 2 * (v >> 2 & 1u);
+        return near_bricks_[4 * static_cast<std::size_t>(cell.level) + place].brick;
+    }
+    /// The place among those that were asked for last of one of a cell's records at its four lattice points,
+    /// on a surface or in the air.
+    NearColumn& near_place(const CacheCell& cell, std::size_t record) {
+        const std::size_t k = record & 3u;
+        const auto u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
+        const auto v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
+        const auto along = static_cast<std::size_t>(cell.corners.along[k]);
+        return near_columns_[(static_cast<std::size_t>(cell.level) & 3u) + (record & 4u)]
+                            [(u & 3u) + 4 * (v & 3u) + 16 * (along & 3u)];
+    }
+    /// Sets one of these records, by find(index, where one stands that is not kept) if it must.
+    template <class Find>
+    void set_near_column(CacheCell& cell, std::size_t record, RecordKind kind, const Find& find) {
+        const glm::ivec3 index = cell.corners.index(record & 3u, cell.facing);
+        const RecordKey key(index, kind, cell.facing, cell.level);
+        NearColumn& place = near_place(cell, record);
+        cell.has_column[record] = true;
+        if (place.is_made && place.key == key) {
+            cell.columns[record] = place.column;
+            return;
+        }
+        Record& own = spare(cell, record);
+        cell.columns[record] = find(index, own);
+        // What stands in the cell's own place goes with the cell.
+        if (cell.columns[record].record == &own)
+            return;
+        place.is_made = true;
+        place.key = key;
+        place.column = cell.columns[record];
+        place.tile = CellValues::no_tile;
+    }
+    /// One of these records among those that were asked for last, or null.
+    NearColumn* near_column_of(const CacheCell& cell, std::size_t record) {
+        if (record >= CellValues::centre)
+            return nullptr;
+        NearColumn& place = near_place(cell, record);
+        return place.is_made && place.column.record == cell.columns[record].record ? &place : nullptr;
     }
 
     void make_taps(Visit& visit, int level) {
@@ -390,24 +475,14 @@ private:
         taps.taps = 0;
         std::array<std::int64_t, 8> raw{};
         const double step = store_.lattice().step(level);
-        std::array<std::int32_t, 4> fits;
-        std::array<bool, 4> suspect{};
-        bool fits_all = true;
-        for (std::size_t k = 0; k < 4; ++k) {
-            const Column& column = cell.columns[k];
-            Fit fit;
-            if (column.record->is_on_surface())
-                fit = fit_of(column.position, column.normal, point_, normal_, step);
-            fits[k] = fit.share;
-            suspect[k] = fit.is_suspect;
-            fits_all &= fit.share > 0;
-        }
-        std::array<bool, 4> seen{true, true, true, true};
-        if (!fits_all || !cell.all_linked || std::ranges::find(suspect, true) != suspect.end())
-            find_seen(seen, suspect, cell, bilinear, level);
+        const auto [fits, suspect] = fits_of(cell.surface, point_, normal_, step);
+        const bool fits_all = fits[0] > 0 && fits[1] > 0 && fits[2] > 0 && fits[3] > 0;
+        std::uint32_t seen = all_four;
+        if (!fits_all || !cell.links.are_all_open() || suspect != 0)
+            seen = find_seen(suspect, cell, bilinear, level);
         std::int32_t served = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-            if (!seen[k])
+            if ((seen >> k & 1u) == 0)
                 continue;
             served += bilinear[k] * fits[k] >> 8;
             const std::int64_t weight = bilinear[k] + 1;
@@ -419,12 +494,13 @@ private:
                 add_tap(taps, raw, k, 10 * weight * fits[k]);
             const std::size_t air = CellValues::first_in_air + k;
             if (!cell.has_column[air])
-                set_column(cell, air,
-                           store_.air(cell.corners.index(k, cell.facing), cell.facing, level,
-                                      spare(cell, air), nearby_));
+                set_near_column(cell, air, RecordKind::air, [&](const glm::ivec3& index, Record& spare) {
+                    return store_.air(index, cell.facing, level, spare, near_brick(cell, k));
+                });
             add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
+        taps.pad();
         // Objects about as large as the cell lie near: what records say that are left, or in the air, need
         // not hold for the point. On the finer levels less weight hangs on that.
         const bool is_coarse = level < Lattice::base_level + 2;
@@ -458,35 +534,27 @@ private:
         taps.set(heaviest, taps.records[heaviest], taps.weights[heaviest] + rest);
     }
 
-    /// Which lattice points the point sees: rays to them, the nearest first, until one is open; from there on
-    /// over links. Those behind something that may lie before the point are seen by their own rays alone:
-    /// near the edge of a sheet links lead around it.
-    void find_seen(std::array<bool, 4>& seen, const std::array<bool, 4>& suspect, const CacheCell& cell,
-                   const std::array<std::int32_t, 4>& weights, int level) const {
+    /// Which lattice points the point sees, one bit for each: rays to them, the nearest first, until one is
+    /// open; from there on over links. Those behind something that may lie before the point are seen by their
+    /// own rays alone: near the edge of a sheet links lead around it.
+    std::uint32_t find_seen(std::uint32_t suspect, const CacheCell& cell,
+                            const std::array<std::int32_t, 4>& weights, int level) const {
         const glm::vec3 end = off_surface(point_, normal_, store_.lattice().step(level));
-        seen.fill(false);
-        // Heavier first, and the lesser number first among equals.
-        std::array<std::size_t, 4> order;
-        for (std::size_t k = 0; k < 4; ++k) {
-            std::size_t heavier = 0;
-            for (std::size_t other = 0; other < 4; ++other)
-                heavier +=
-                    weights[other] > weights[k] || (weights[other] == weights[k] && other < k) ? 1u : 0u;
-            order[heavier] = k;
+        std::uint32_t seen = 0;
+        for (std::uint32_t rest = all_four; rest != 0;) {
+            // Heavier first, and the lesser number first among equals.
+            auto k = static_cast<std::size_t>(std::countr_zero(rest));
+            for (std::size_t other = k + 1; other < 4; ++other)
+                if ((rest >> other & 1u) != 0 && weights[other] > weights[k])
+                    k = other;
+            rest &= ~(1u << k);
+            if (!store_.tracer().occluded(
+                    {end, store_.lattice().position(cell.corners.index(k, cell.facing), level)}))
+                seen |= 1u << k;
+            if ((seen & ~suspect) != 0)
+                rest &= suspect;
         }
-        bool is_any_open = false;
-        for (const std::size_t k : order) {
-            if (is_any_open && !suspect[k])
-                continue;
-            seen[k] = !store_.tracer().occluded(
-                {end, store_.lattice().position(cell.corners.index(k, cell.facing), level)});
-            is_any_open |= seen[k] && !suspect[k];
-        }
-        constexpr std::array<std::array<std::size_t, 2>, 4> ends{{{0, 1}, {2, 3}, {0, 2}, {1, 3}}};
-        for (int pass = 0; pass < 3; ++pass)
-            for (std::size_t link = 0; link < 4; ++link)
-                if (const auto [a, b] = ends[link]; cell.links[link] && !suspect[a] && !suspect[b])
-                    seen[a] = seen[b] = seen[a] || seen[b];
+        return cell.links.reach(seen, suspect);
     }
 
     /// The weight of a cell's centre: none at the cell's border, where the next cell may know nothing of it.
@@ -503,8 +571,9 @@ private:
         const auto [lowest, highest] = std::ranges::minmax(cell.corners.along);
         glm::ivec3 index = cell.corners.index(0, cell.facing);
         index[cell.facing.axis] = cell.facing.sign > 0.0f ? highest : lowest;
-        set_column(cell, CellValues::centre,
-                   store_.probe(index, cell.facing, level, spare(cell, CellValues::centre), nearby_));
+        set_column(
+            cell, CellValues::centre,
+            store_.probe(index, cell.facing, level, spare(cell, CellValues::centre), near_brick(cell)));
     }
 
     static void set_column(CacheCell& cell, std::size_t record, const Column& column) {
@@ -532,12 +601,13 @@ private:
     int first_level_ = Lattice::base_level;
     Blend blend_;
     WeightedFacings facings_;
-    std::uint32_t visited_ = 0;      ///< one bit for each level
-    RecordBrick* nearby_ = nullptr;  ///< the last that was found
+    std::uint32_t visited_ = 0;  ///< one bit for each level
     TangentPlane tangent_;
     LazyArray<Visit, Lattice::level_count> visits_;
-    LazyArray<CacheCell, 4 * Lattice::level_count> cells_;
-    LazyArray<std::array<Record, CellValues::record_count>, 4 * Lattice::level_count> spares_;
+    LazyArray<CacheCell, cell_count> cells_;                ///< by level modulo 8
+    LazyArray<LazyArray<NearColumn, 64>, 8> near_columns_;  ///< by level modulo 4, and in the air
+    LazyArray<NearBrick, 4 * Lattice::level_count> near_bricks_;
+    LazyArray<std::array<Record, CellValues::record_count>, cell_count> spares_;
 };
 
 }  // namespace lightmesh::detail

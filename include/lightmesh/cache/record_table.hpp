@@ -271,15 +271,16 @@ private:
 
     /// The record or alias of a key in its brick, or none.
     RecordEntry find_in(RecordBrick& brick, const RecordKey& key) const {
-        RecordEntry entry;
-        for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
-            const std::size_t i = RecordGroup::find(header, RecordBrick::tag_of(key));
-            if (i == RecordGroup::size)
-                return false;
-            entry = {&group.records[i], &brick, key};
-            return true;
-        });
-        return entry;
+        const std::uint32_t tag = RecordBrick::tag_of(key);
+        for (RecordGroup* group = &brick.first;;) {
+            const std::uint64_t header = group->header.load(std::memory_order_acquire);
+            if (const std::size_t i = RecordGroup::find(header, tag); i != RecordGroup::size)
+                return {&group->records[i], &brick, key};
+            const std::uint32_t next = RecordGroup::next_of(header);
+            if (next == 0)
+                return {};
+            group = &group_at(next);
+        }
     }
 
     Record* add_to(RecordBrick& brick, std::uint32_t tag, const Record& made) {

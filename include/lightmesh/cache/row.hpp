@@ -22,8 +22,8 @@ using TileValues = std::array<std::uint8_t, lamps_per_tile>;
 /// The visibilities of a tile of lights at one record, as far as they are known: eight bytes an octet, the
 /// first light's in the lowest, 0 until they are known.
 struct RowBytes {
-    std::uint64_t known = 0;  ///< one bit for each light
-    std::array<std::uint64_t, 8> octets{};
+    std::uint64_t known;  ///< one bit for each light
+    std::array<std::uint64_t, 8> octets;
 
     std::uint8_t byte(std::size_t l) const { return static_cast<std::uint8_t>(octets[l / 8] >> l % 8 * 8); }
 };
@@ -33,7 +33,7 @@ struct RowBytes {
 /// for 0 and 255.
 inline std::uint8_t shaft_byte(std::uint8_t value, bool misses) {
     if (!misses)
-        return value == 0 || value == 255 ? value : (std::max)(value & 254, 2);
+        return value == 0 || value == 255 ? value : static_cast<std::uint8_t>((std::max)(value & 254, 2));
     return value == 0 ? 1 : value == 255 ? 253 : static_cast<std::uint8_t>(std::clamp(value | 1, 3, 251));
 }
 
@@ -43,7 +43,7 @@ inline std::uint32_t read_shaft_bytes(std::uint64_t& bytes) {
     constexpr std::uint64_t low_bits = 0x7f7f7f7f7f7f7f7fu;
     // In the lowest bit of each byte.
     const auto is_zero = [](std::uint64_t b) {
-        return ~((b & low_bits) + low_bits | b) >> 7 & ones;
+        return ~(((b & low_bits) + low_bits) | b) >> 7 & ones;
     };
     const std::uint64_t misses = bytes & ones & ~is_zero(~bytes);
     if (misses == 0)
@@ -61,10 +61,9 @@ inline TileValues values_of(const RowBytes& row) {
 
 /// The octets of the lights in a mask.
 inline std::uint32_t octets_of(std::uint64_t lights) {
-    std::uint32_t octets = 0;
-    for (int o = 0; o < 8; ++o)
-        octets |= static_cast<std::uint32_t>((lights >> 8 * o & 255u) != 0) << o;
-    return octets;
+    constexpr std::uint64_t low_bits = 0x7f7f7f7f7f7f7f7fu;
+    const std::uint64_t highest = (((lights & low_bits) + low_bits) | lights) >> 7 & 0x0101010101010101u;
+    return static_cast<std::uint32_t>(highest * 0x0102040810204080u >> 56);
 }
 
 /// The lights of some octets.
@@ -98,7 +97,7 @@ public:
 
     /// What is known of a tile.
     RowBytes gather(std::size_t tile) const {
-        RowBytes row;
+        RowBytes row{};
         for_each_block([&](const Block& block) {
             if (block.tile() != tile)
                 return;

@@ -66,7 +66,7 @@ public:
 
     /// The values of a tile of lights at a record, as far as they are known.
     RowBytes row(const StoredRecord& record, std::size_t tile) const {
-        RowBytes row;
+        RowBytes row{};
         for (const StoredTile& stored : tiles_of(record)) {
             if (stored.tile != tile)
                 continue;

@@ -172,7 +172,7 @@ public:
     RowBytes row(const Column& column, std::size_t tile, std::uint64_t wanted) const {
         // A record that is not kept has no links.
         const bool is_kept = column.links != nullptr;
-        RowBytes row;
+        RowBytes row{};
         if (is_kept)
             row = known_row(*column.record, tile);
         wanted &= ~row.known;
@@ -248,8 +248,7 @@ public:
                 continue;
             const glm::vec3 position = start - landing->fall * facing.up();
             // Another surface, of which the record says nothing.
-            if (is_shaft &&
-                fit_of(position, landing->normal, column.position, column.normal, step).share == 0)
+            if (is_shaft && fit_of(position, landing->normal, column.position, column.normal, step) == 0)
                 continue;
             look.part[look.place_count] = static_cast<std::uint8_t>(i);
             look.places[look.place_count++] = from(position, landing->normal);

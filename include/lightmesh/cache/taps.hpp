@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 /// Which records serve a point, and with what weights. Weights are integers, one_weight for 1, and what they
 /// are made of is exact or rounded once: so they are the same whatever compiler and processor.
@@ -142,32 +143,97 @@ inline CellStencil stencil_at(const Lattice& lattice, const glm::vec3& point, co
     return stencil;
 }
 
-/// How well a record fits a point, 0 to 256, and whether something may lie between them.
-struct Fit {
-    std::int32_t share = 0;
-    bool is_suspect = false;
+/// Which links between a cell's lattice points are open, and where that leads to. Sets of lattice points are
+/// masks of four bits.
+struct CellLinks {
+    std::uint32_t along_u = 0;  ///< bit 0: from 0 to 1; bit 2: from 2 to 3
+    std::uint32_t along_v = 0;  ///< bit 0: from 0 to 2; bit 1: from 1 to 3
+
+    bool are_all_open() const { return along_u == 5 && along_v == 3; }
+    /// All that links lead to from some lattice points, without those to and from others.
+    std::uint32_t reach(std::uint32_t from, std::uint32_t without) const {
+        const std::uint32_t u = along_u & ~(without | without >> 1);
+        const std::uint32_t v = along_v & ~(without | without >> 2);
+        // No way is longer than three links, and u and v take turns.
+        for (int pass = 0; pass < 2; ++pass) {
+            from |= (from & u) << 1 | (from >> 1 & u);
+            from |= (from & v) << 2 | (from >> 2 & v);
+        }
+        return from;
+    }
+};
+
+/// Where the records of a cell's four columns stand, and their normals, side by side.
+struct CellSurface {
+    std::array<float, 4> x, y, z;
+    std::array<float, 4> normal_x, normal_y, normal_z;  ///< 0 where there is no surface
+
+    void set(std::size_t k, const glm::vec3& position, const glm::vec3& normal) {
+        x[k] = position.x;
+        y[k] = position.y;
+        z[k] = position.z;
+        normal_x[k] = normal.x;
+        normal_y[k] = normal.y;
+        normal_z[k] = normal.z;
+    }
+};
+
+/// How well records fit a point, 0 to 256, and between which of them and the point something may lie.
+struct Fits {
+    std::array<std::int32_t, 4> shares;
+    std::uint32_t suspect;  ///< one bit for each
 };
 
 /// A record fits if it lies near the point's tangent plane and its normal is similar; both fade.
-inline Fit fit_of(const glm::vec3& position, const glm::vec3& normal, const glm::vec3& point,
-                  const glm::vec3& unit_normal, double step) {
-    const glm::dvec3 offset(position - point);
+inline Fits fits_of(const CellSurface& surface, const glm::vec3& point, const glm::vec3& unit_normal,
+                    double step) {
+    using Floats [[gnu::vector_size(16)]] = float;
+    using Integers [[gnu::vector_size(16)]] = std::int32_t;
+    using Doubles [[gnu::vector_size(32)]] = double;
+    const auto load = [](const std::array<float, 4>& values, Doubles& doubles, float less) {
+        Floats floats;
+        std::memcpy(&floats, values.data(), sizeof floats);
+        doubles = __builtin_convertvector(floats - less, Doubles);
+    };
+    Doubles x, y, z, m_x, m_y, m_z;
+    load(surface.x, x, point.x);
+    load(surface.y, y, point.y);
+    load(surface.z, z, point.z);
+    load(surface.normal_x, m_x, 0.0f);
+    load(surface.normal_y, m_y, 0.0f);
+    load(surface.normal_z, m_z, 0.0f);
     const glm::dvec3 n(unit_normal);
-    const glm::dvec3 m(normal);
-    const double before = n.x * offset.x + n.y * offset.y + n.z * offset.z;
-    const double behind = m.x * offset.x + m.y * offset.y + m.z * offset.z;
-    const double cosine = n.x * m.x + n.y * m.y + n.z * m.z;
-    const double near_plane = (0.45 * step - std::abs(before)) * (5.0 / step);
-    const double similar = (cosine - 0.65) * 10.0;
-    Fit fit;
-    fit.share = static_cast<std::int32_t>(256.0 * std::clamp(near_plane, 0.0, 1.0)) *
-                    static_cast<std::int32_t>(256.0 * std::clamp(similar, 0.0, 1.0)) >>
-                8;
+    const Doubles before = n.x * x + n.y * y + n.z * z;
+    const Doubles behind = m_x * x + m_y * y + m_z * z;
+    const Doubles cosine = n.x * m_x + n.y * m_y + n.z * m_z;
+    const Doubles distance = before < 0.0 ? -before : before;
+    const auto parts_of_256 = [](const Doubles& value, Integers& parts) {
+        const Doubles least = value < 0.0 ? Doubles{} : value;
+        parts = __builtin_convertvector(256.0 * (least > 1.0 ? Doubles{} + 1.0 : least), Integers);
+    };
+    Integers near_plane, similar;
+    parts_of_256((rounded(0.45 * step) - distance) * (5.0 / step), near_plane);
+    parts_of_256((cosine - 0.65) * 10.0, similar);
+    const Integers shares = near_plane * similar >> 8;
     // Of two places on one surface either both lie before the other's plane, in a hollow, or neither. The
     // floor under a sheet is behind the sheet, and the sheet before the floor.
-    const double least = 0.003 * step + static_cast<double>(largest_component(point)) * 0x1p-21;
-    fit.is_suspect = before > least && behind > least;
-    return fit;
+    const double least = rounded(0.003 * step) + static_cast<double>(largest_component(point)) * 0x1p-21;
+    const auto is_suspect = (before > least) & (behind > least);
+    Fits fits;
+    std::memcpy(fits.shares.data(), &shares, sizeof shares);
+    fits.suspect = 0;
+    for (std::size_t k = 0; k < 4; ++k)
+        fits.suspect |= static_cast<std::uint32_t>(is_suspect[k] & 1) << k;
+    return fits;
+}
+
+/// The same for one record: only how well it fits.
+inline std::int32_t fit_of(const glm::vec3& position, const glm::vec3& normal, const glm::vec3& point,
+                           const glm::vec3& unit_normal, double step) {
+    CellSurface surface;
+    for (std::size_t k = 0; k < 4; ++k)
+        surface.set(k, position, normal);
+    return fits_of(surface, point, unit_normal, step).shares[0];
 }
 
 }  // namespace lightmesh::detail

@@ -98,7 +98,7 @@ LIGHTMESH_AVX2 inline void give_to_first(Blend& blend, const CellValues& values,
         const auto i = static_cast<std::size_t>(o);
         const __m256i rest = load(blend.left[i]);
         const __m256i given = _mm256_and_si256(select(lights, o), rest);
-        const __m256i value = _mm256_slli_epi32(spread(values.octets[i][0]), 8);
+        const __m256i value = _mm256_slli_epi32(spread(values.rows[0].octets[i]), 8);
         store(blend.found[i], _mm256_add_epi32(load(blend.found[i]), _mm256_mullo_epi32(given, value)));
         store(blend.left[i], _mm256_sub_epi32(rest, given));
     }
@@ -127,115 +127,223 @@ LIGHTMESH_AVX2 inline void write_first(const CellValues& values, std::uint64_t l
         const auto o = static_cast<int>(first / 8);
         __m256i octet = _mm256_setzero_si256();
         if ((lights >> first & 255u) != 0)
-            octet = _mm256_and_si256(select(lights, o), spread(values.octets[first / 8][0]));
+            octet = _mm256_and_si256(select(lights, o), spread(values.rows[0].octets[first / 8]));
         store_octet(_mm256_mul_ps(_mm256_cvtepi32_ps(octet), scale), first, lit);
     }
 }
 
+/// The bytes of two octets of a row.
+LIGHTMESH_AVX2 inline __m128i load_pair(const RowBytes& row, std::size_t octet) {
+    return _mm_loadu_si128(reinterpret_cast<const __m128i*>(&row.octets[octet]));
+}
+
+/// Sixteen numbers of 16 bits from twice eight of 32, none of them greater than 65535.
+LIGHTMESH_AVX2 inline __m256i join(__m256i lower, __m256i upper) {
+    return _mm256_permute4x64_epi64(_mm256_packus_epi32(lower, upper), 0xd8);
+}
+/// Eight of sixteen numbers, at 32 bits.
+LIGHTMESH_AVX2 inline __m256i lower_half(__m256i numbers) {
+    return _mm256_cvtepu16_epi32(_mm256_castsi256_si128(numbers));
+}
+LIGHTMESH_AVX2 inline __m256i upper_half(__m256i numbers) {
+    return _mm256_cvtepu16_epi32(_mm256_extracti128_si256(numbers, 1));
+}
+
+LIGHTMESH_AVX2 inline __m256i repeat(std::uint32_t number) {
+    return _mm256_set1_epi16(static_cast<short>(number));
+}
+
+/// For numbers * share / one_weight, rounded down, of shares up to one_weight.
+struct Shares {
+    __m256i doubled;   ///< 0 for one_weight, for which there is no room
+    __m256i is_whole;  ///< all ones for one_weight
+};
+
+LIGHTMESH_AVX2 inline Shares shares_of(__m256i shares) {
+    return {_mm256_add_epi16(shares, shares), _mm256_cmpeq_epi16(shares, repeat(one_weight))};
+}
+LIGHTMESH_AVX2 inline __m256i share_of(__m256i numbers, const Shares& shares) {
+    return _mm256_or_si256(_mm256_mulhi_epu16(numbers, shares.doubled),
+                           _mm256_and_si256(numbers, shares.is_whole));
+}
+
 /// beta = smoothstep(.05, .3) of a spread, in parts of one_weight.
 LIGHTMESH_AVX2 inline __m256i share_of_next(__m256i spread) {
-    __m256i t = _mm256_sub_epi32(spread, _mm256_set1_epi32(spread_low));
-    t = _mm256_max_epi32(t, _mm256_setzero_si256());
-    t = _mm256_slli_epi32(_mm256_min_epi32(t, _mm256_set1_epi32(spread_range)), 1);
-    const __m256i square = _mm256_srli_epi32(_mm256_mullo_epi32(t, t), 15);
-    const __m256i rest = _mm256_sub_epi32(_mm256_set1_epi32(3 * one_weight), _mm256_slli_epi32(t, 1));
-    return _mm256_srli_epi32(_mm256_mullo_epi32(square, rest), 15);
+    __m256i t = _mm256_min_epu16(_mm256_subs_epu16(spread, repeat(spread_low)), repeat(spread_range));
+    t = _mm256_add_epi16(t, t);
+    const __m256i square = share_of(t, shares_of(t));
+    // Half of 3 - 2 t; of the product 18 bits are more than there are.
+    const __m256i rest = _mm256_sub_epi16(repeat(3 * one_weight / 2), t);
+    return _mm256_or_si256(_mm256_slli_epi16(_mm256_mulhi_epu16(square, rest), 2),
+                           _mm256_srli_epi16(_mm256_mullo_epi16(square, rest), 14));
 }
 
-/// How much more a difference counts where values are dark, in parts of 256.
-LIGHTMESH_AVX2 inline __m256i dark_factor(__m256i value) {
-    const __m256i twice = _mm256_min_epi32(_mm256_slli_epi32(value, 1), _mm256_set1_epi32(one_value));
-    return _mm256_sub_epi32(_mm256_set1_epi32(512), _mm256_srli_epi32(twice, 8));
+/// A spread and as much more as it counts where values are dark; what is far beyond spread_range may be less.
+LIGHTMESH_AVX2 inline __m256i spread_seen(__m256i spread, __m256i value) {
+    const __m256i twice = _mm256_min_epu16(_mm256_adds_epu16(value, value), repeat(one_value));
+    const __m256i more = _mm256_sub_epi16(repeat(256), _mm256_srli_epi16(twice, 8));
+    return _mm256_adds_epu16(spread, share_of(spread, shares_of(_mm256_slli_epi16(more, 7))));
 }
 
-/// All ones in the lanes that `mark_missed` marks.
-LIGHTMESH_AVX2 inline __m256i is_missed(__m256i probe, __m256i least, __m256i greatest) {
+/// All ones in the bytes that `mark_missed` marks.
+LIGHTMESH_AVX2 inline __m128i is_missed(__m128i probe, __m128i least, __m128i greatest) {
+    const __m128i zero = _mm_setzero_si128();
+    const __m128i whole = _mm_set1_epi8(-1);
+    const __m128i is_open =
+        _mm_cmpeq_epi8(_mm_max_epu8(least, _mm_set1_epi8(static_cast<char>(open_from + 1))), least);
+    const __m128i is_closed = _mm_cmpeq_epi8(_mm_min_epu8(greatest, _mm_set1_epi8(closed_to - 1)), greatest);
+    const __m128i dark = _mm_and_si128(_mm_cmpeq_epi8(probe, zero), is_open);
+    const __m128i bright = _mm_and_si128(_mm_cmpeq_epi8(probe, whole), is_closed);
+    const __m128i both =
+        _mm_and_si128(_mm_cmpeq_epi8(probe, _mm_set1_epi8(probe_sees_both)),
+                      _mm_or_si128(_mm_cmpeq_epi8(least, whole), _mm_cmpeq_epi8(greatest, zero)));
+    return _mm_or_si128(_mm_or_si128(dark, bright), both);
+}
+
+/// Of sixteen lights, those of which the bytes are all ones.
+LIGHTMESH_AVX2 inline __m128i bytes_of_pair(std::uint64_t lights) {
+    const __m128i bits = _mm_set1_epi64x(static_cast<long long>(0x8040201008040201u));
+    const __m128i octets = _mm_shuffle_epi8(_mm_cvtsi64_si128(static_cast<long long>(lights)),
+                                            _mm_setr_epi8(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1));
+    return _mm_cmpeq_epi8(_mm_and_si128(octets, bits), bits);
+}
+
+/// Adds a share of one_weight of values to what two octets have found.
+LIGHTMESH_AVX2 inline void give(Lanes* found, __m256i lower_share, __m256i lower_value, __m256i upper_share,
+                                __m256i upper_value) {
+    store(found[0], _mm256_add_epi32(load(found[0]), _mm256_mullo_epi32(lower_share, lower_value)));
+    store(found[1], _mm256_add_epi32(load(found[1]), _mm256_mullo_epi32(upper_share, upper_value)));
+}
+
+/// A level's records with what does not depend on the lights.
+template <std::size_t count>
+struct Taps {
+    const RowBytes* rows[count];
+    __m256i weights[count / 2];  ///< of two records each, negative: one_weight fits 16 bits with that sign
+    Shares spread_shares[count];
+};
+
+template <std::size_t count>
+LIGHTMESH_AVX2 inline void set_taps(Taps<count>& taps, const BlendLevel& level) {
+    for (std::size_t k = 0; k < count; ++k)
+        taps.rows[k] = &level.values->rows[level.records[k]];
+    for (std::size_t k = 0; k < count; k += 4) {
+        const __m128i weights = _mm_loadu_si128(reinterpret_cast<const __m128i*>(&level.weights[k]));
+        // Two of 16 bits each, side by side.
+        const __m128i negative =
+            _mm_shuffle_epi8(_mm_sub_epi32(_mm_setzero_si128(), weights),
+                             _mm_setr_epi8(0, 1, 4, 5, 8, 9, 12, 13, 0, 1, 4, 5, 8, 9, 12, 13));
+        taps.weights[k / 2] = _mm256_broadcastd_epi32(negative);
+        taps.weights[k / 2 + 1] = _mm256_broadcastd_epi32(_mm_srli_epi64(negative, 32));
+        const __m128i spread = _mm_min_epu32(_mm_slli_epi32(weights, 2), _mm_set1_epi32(one_weight));
+        taps.spread_shares[k] = shares_of(_mm256_broadcastw_epi16(spread));
+        taps.spread_shares[k + 1] = shares_of(_mm256_broadcastw_epi16(_mm_srli_si128(spread, 4)));
+        taps.spread_shares[k + 2] = shares_of(_mm256_broadcastw_epi16(_mm_srli_si128(spread, 8)));
+        taps.spread_shares[k + 3] = shares_of(_mm256_broadcastw_epi16(_mm_srli_si128(spread, 12)));
+    }
+}
+
+/// Two octets at a time, at 16 bits but for what is found.
+template <std::size_t count>
+LIGHTMESH_AVX2 inline std::uint64_t blend_taps(Blend& blend, std::uint64_t lights, const BlendLevel& level) {
+    Taps<count> taps;
+    set_taps(taps, level);
+    const bool has_probe = level.window != 0 && !level.is_last;
     const __m256i zero = _mm256_setzero_si256();
-    const __m256i whole = _mm256_set1_epi32(255);
-    const __m256i dark = _mm256_and_si256(_mm256_cmpeq_epi32(probe, zero),
-                                          _mm256_cmpgt_epi32(least, _mm256_set1_epi32(open_from)));
-    const __m256i bright = _mm256_and_si256(_mm256_cmpeq_epi32(probe, whole),
-                                            _mm256_cmpgt_epi32(_mm256_set1_epi32(closed_to), greatest));
-    const __m256i both = _mm256_and_si256(
-        _mm256_cmpeq_epi32(probe, _mm256_set1_epi32(probe_sees_both)),
-        _mm256_or_si256(_mm256_cmpeq_epi32(least, whole), _mm256_cmpeq_epi32(greatest, zero)));
-    return _mm256_or_si256(_mm256_or_si256(dark, bright), both);
+    std::uint64_t next = 0;
+    for (std::uint64_t rest_of_lights = lights; rest_of_lights != 0;) {
+        const int shift = std::countr_zero(rest_of_lights) & ~15;
+        const __m128i selected = bytes_of_pair(rest_of_lights >> shift & 0xffffu);
+        rest_of_lights &= ~(std::uint64_t{0xffffu} << shift);
+        const auto octet = static_cast<std::size_t>(shift) / 8;
+        Lanes* const found = &blend.found[octet];
+        Lanes* const left = &blend.left[octet];
+        const __m256i lower_left = load(left[0]);
+        const __m256i upper_left = load(left[1]);
+        __m128i bytes[count];
+        bytes[0] = load_pair(*taps.rows[0], octet);
+        __m128i differences = _mm_setzero_si128();
+        for (std::size_t k = 1; k < count; ++k) {
+            bytes[k] = load_pair(*taps.rows[k], octet);
+            differences = _mm_or_si128(differences, _mm_xor_si128(bytes[k], bytes[0]));
+        }
+        __m128i probe = bytes[0];
+        if (has_probe) {
+            probe = load_pair(level.values->rows[CellValues::centre], octet);
+            differences = _mm_or_si128(differences, _mm_xor_si128(probe, bytes[0]));
+        }
+        if (!level.is_last && level.missing != 0)
+            differences = _mm_or_si128(differences, bytes[0]);
+        const bool has_misses = (level.misses >> shift & 0xffffu) != 0;
+        if ((level.is_last || (level.force == 0 && !has_misses)) &&
+            _mm_testz_si128(differences, selected) != 0) {
+            const __m128i upper = _mm_unpackhi_epi64(bytes[0], bytes[0]);
+            give(found, lower_left, _mm256_slli_epi32(_mm256_cvtepu8_epi32(bytes[0]), 8), upper_left,
+                 _mm256_slli_epi32(_mm256_cvtepu8_epi32(upper), 8));
+            store(left[0], zero);
+            store(left[1], zero);
+            continue;
+        }
+        // Less 64, as weights are negative.
+        __m256i lower_sum = _mm256_set1_epi32(-64);
+        __m256i upper_sum = lower_sum;
+        for (std::size_t k = 0; k < count; k += 2) {
+            const __m256i lower = _mm256_cvtepu8_epi16(_mm_unpacklo_epi8(bytes[k], bytes[k + 1]));
+            const __m256i upper = _mm256_cvtepu8_epi16(_mm_unpackhi_epi8(bytes[k], bytes[k + 1]));
+            lower_sum = _mm256_add_epi32(lower_sum, _mm256_madd_epi16(lower, taps.weights[k / 2]));
+            upper_sum = _mm256_add_epi32(upper_sum, _mm256_madd_epi16(upper, taps.weights[k / 2]));
+        }
+        const __m256i lower_value = _mm256_srli_epi32(_mm256_sub_epi32(zero, lower_sum), 7);
+        const __m256i upper_value = _mm256_srli_epi32(_mm256_sub_epi32(zero, upper_sum), 7);
+        if (level.is_last) {
+            give(found, lower_left, lower_value, upper_left, upper_value);
+            store(left[0], zero);
+            store(left[1], zero);
+            continue;
+        }
+        const __m256i value = join(lower_value, upper_value);
+        __m256i spread = zero;
+        __m128i least = bytes[0];
+        __m128i greatest = bytes[0];
+        for (std::size_t k = 0; k < count; ++k) {
+            const __m256i byte = _mm256_slli_epi16(_mm256_cvtepu8_epi16(bytes[k]), 8);
+            const __m256i difference =
+                _mm256_or_si256(_mm256_subs_epu16(byte, value), _mm256_subs_epu16(value, byte));
+            spread = _mm256_max_epu16(spread, share_of(difference, taps.spread_shares[k]));
+            least = _mm_min_epu8(least, bytes[k]);
+            greatest = _mm_max_epu8(greatest, bytes[k]);
+        }
+        __m256i beta = share_of_next(spread_seen(spread, value));
+        const auto keep_least = [&](__m128i missed, std::uint32_t share) {
+            beta = _mm256_max_epu16(beta, _mm256_and_si256(_mm256_cvtepi8_epi16(missed), repeat(share)));
+        };
+        if (has_probe)
+            keep_least(is_missed(probe, least, greatest), level.window);
+        for (std::size_t k = 0; k < level.taps && has_misses; ++k)
+            if (level.records[k] < CellValues::first_in_air)
+                keep_least(bytes_of_pair(level.values->misses[level.records[k]] >> shift & 0xffffu),
+                           level.miss_weight(k));
+        const __m256i is_dark = _mm256_cvtepi8_epi16(_mm_cmpeq_epi8(greatest, _mm_setzero_si128()));
+        beta = _mm256_max_epu16(beta, _mm256_andnot_si256(is_dark, repeat(level.missing)));
+        beta = _mm256_max_epu16(beta, repeat(level.force));
+        beta = share_of(beta, shares_of(repeat(level.fade & ~1u)));
+        const __m256i all_left = join(lower_left, upper_left);
+        __m256i rest = share_of(all_left, shares_of(beta));
+        const __m256i is_done = _mm256_cmpeq_epi16(_mm256_subs_epu16(rest, repeat(63)), zero);
+        rest = _mm256_andnot_si256(is_done, rest);
+        const __m256i given = _mm256_sub_epi16(all_left, rest);
+        give(found, lower_half(given), lower_value, upper_half(given), upper_value);
+        store(left[0], lower_half(rest));
+        store(left[1], upper_half(rest));
+        const __m256i side_by_side = _mm256_permute4x64_epi64(_mm256_packs_epi16(is_done, zero), 0x08);
+        const auto done = static_cast<std::uint32_t>(_mm256_movemask_epi8(side_by_side));
+        next |= static_cast<std::uint64_t>(~done & 0xffffu) << shift;
+    }
+    return next & lights;
 }
 
 LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const BlendLevel& level) {
-    std::uint64_t next = 0;
-    for (std::uint32_t octets = octets_of(lights); octets != 0; octets &= octets - 1) {
-        const int o = std::countr_zero(octets);
-        const auto i = static_cast<std::size_t>(o);
-        const std::uint64_t* const words = level.values->octets[i].data();
-        const std::uint64_t first = words[level.records[0]];
-        std::uint64_t differences = 0;
-        for (std::size_t k = 1; k < level.taps; ++k)
-            differences |= words[level.records[k]] ^ first;
-        const __m256i found = load(blend.found[i]);
-        const __m256i left = load(blend.left[i]);
-        const std::uint64_t doubts =
-            (level.window != 0 ? words[CellValues::centre] ^ first : 0) | (level.misses >> 8 * o & 255u);
-        const bool is_served = level.missing == 0 || first == 0;
-        if (differences == 0 && (level.is_last || (level.force == 0 && is_served && doubts == 0))) {
-            const __m256i value = _mm256_slli_epi32(spread(first), 8);
-            store(blend.found[i], _mm256_add_epi32(found, _mm256_mullo_epi32(left, value)));
-            store(blend.left[i], _mm256_setzero_si256());
-            continue;
-        }
-        __m256i value = _mm256_set1_epi32(64);
-        __m256i least = _mm256_set1_epi32(255);
-        __m256i greatest = _mm256_setzero_si256();
-        for (std::size_t k = 0; k < level.taps; ++k) {
-            const __m256i bytes = spread(words[level.records[k]]);
-            const __m256i weight = _mm256_set1_epi32(static_cast<int>(level.weights[k]));
-            value = _mm256_add_epi32(value, _mm256_mullo_epi32(bytes, weight));
-            least = _mm256_min_epi32(least, bytes);
-            greatest = _mm256_max_epi32(greatest, bytes);
-        }
-        value = _mm256_srli_epi32(value, 7);
-        if (level.is_last) {
-            store(blend.found[i], _mm256_add_epi32(found, _mm256_mullo_epi32(left, value)));
-            store(blend.left[i], _mm256_setzero_si256());
-            continue;
-        }
-        __m256i spread_most = _mm256_setzero_si256();
-        for (std::size_t k = 0; k < level.taps; ++k) {
-            const __m256i byte = _mm256_slli_epi32(spread(words[level.records[k]]), 8);
-            const __m256i difference =
-                _mm256_mullo_epi32(_mm256_abs_epi32(_mm256_sub_epi32(byte, value)),
-                                   _mm256_set1_epi32(static_cast<int>(level.spread_weights[k])));
-            spread_most = _mm256_max_epi32(spread_most, _mm256_srli_epi32(difference, 15));
-        }
-        __m256i beta =
-            share_of_next(_mm256_srli_epi32(_mm256_mullo_epi32(spread_most, dark_factor(value)), 8));
-        if (level.window != 0) {
-            const __m256i missed = is_missed(spread(words[CellValues::centre]), least, greatest);
-            const __m256i window = _mm256_set1_epi32(static_cast<int>(level.window));
-            beta = _mm256_max_epi32(beta, _mm256_and_si256(missed, window));
-        }
-        for (std::size_t k = 0; k < level.taps && (level.misses >> 8 * o & 255u) != 0; ++k)
-            if (level.records[k] < CellValues::first_in_air) {
-                const __m256i missed = select(level.values->misses[level.records[k]], o);
-                const __m256i weight = _mm256_set1_epi32(static_cast<int>(level.miss_weights[k]));
-                beta = _mm256_max_epi32(beta, _mm256_and_si256(missed, weight));
-            }
-        const __m256i is_dark = _mm256_cmpeq_epi32(greatest, _mm256_setzero_si256());
-        const __m256i missing = _mm256_set1_epi32(static_cast<int>(level.missing));
-        beta = _mm256_max_epi32(beta, _mm256_andnot_si256(is_dark, missing));
-        beta = _mm256_max_epi32(beta, _mm256_set1_epi32(static_cast<int>(level.force)));
-        const __m256i fade = _mm256_set1_epi32(static_cast<int>(level.fade >> 1));
-        beta = _mm256_srli_epi32(_mm256_mullo_epi32(beta, fade), 14);
-        __m256i rest = _mm256_srli_epi32(_mm256_mullo_epi32(left, beta), 15);
-        const __m256i is_left = _mm256_cmpgt_epi32(rest, _mm256_set1_epi32(63));
-        rest = _mm256_and_si256(rest, is_left);
-        const __m256i given = _mm256_sub_epi32(left, rest);
-        store(blend.found[i], _mm256_add_epi32(found, _mm256_mullo_epi32(given, value)));
-        store(blend.left[i], rest);
-        const auto more = static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(is_left)));
-        next |= static_cast<std::uint64_t>(more) << 8 * o;
-    }
-    return next & lights;
+    return level.taps <= 4 ? blend_taps<4>(blend, lights, level) : blend_taps<8>(blend, lights, level);
 }
 
 }  // namespace lightmesh::detail::avx2_cache

@@ -94,7 +94,7 @@ inline void give_to_first(Blend& blend, const CellValues& values, std::uint64_t 
         Lanes& rest = blend.left[static_cast<std::size_t>(o)];
         const Lanes given = selected ? rest : Lanes{};
         Lanes bytes;
-        spread_bytes(values.octets[static_cast<std::size_t>(o)][0], bytes);
+        spread_bytes(values.octet(0, static_cast<std::size_t>(o)), bytes);
         blend.found[static_cast<std::size_t>(o)] += given * (bytes << 8);
         rest -= given;
     }
@@ -125,7 +125,7 @@ inline void write_first(const CellValues& cell, std::uint64_t lights, std::span<
         FloatLanes values{};
         if (const auto o = static_cast<int>(first / 8); (lights >> 8 * o & 255u) != 0) {
             Lanes bytes;
-            spread_bytes(cell.octets[static_cast<std::size_t>(o)][0], bytes);
+            spread_bytes(cell.octet(0, static_cast<std::size_t>(o)), bytes);
             SignedLanes selected;
             select_lights(lights, o, selected);
             const SignedLanes chosen = selected & __builtin_convertvector(bytes, SignedLanes);
@@ -141,13 +141,15 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         const int o = std::countr_zero(octets);
         Lanes& found = blend.found[static_cast<std::size_t>(o)];
         Lanes& left = blend.left[static_cast<std::size_t>(o)];
-        const std::uint64_t* const words = level.values->octets[static_cast<std::size_t>(o)].data();
-        const std::uint64_t first = words[level.records[0]];
+        const auto word = [&](std::size_t record) {
+            return level.values->octet(record, static_cast<std::size_t>(o));
+        };
+        const std::uint64_t first = word(level.records[0]);
         std::uint64_t differences = 0;
         for (std::size_t k = 1; k < level.taps; ++k)
-            differences |= words[level.records[k]] ^ first;
+            differences |= word(level.records[k]) ^ first;
         const std::uint64_t doubts =
-            (level.window != 0 ? words[CellValues::centre] ^ first : 0) | (level.misses >> 8 * o & 255u);
+            (level.window != 0 ? word(CellValues::centre) ^ first : 0) | (level.misses >> 8 * o & 255u);
         const bool is_served = level.missing == 0 || first == 0;
         if (differences == 0 && (level.is_last || (level.force == 0 && is_served && doubts == 0))) {
             Lanes bytes;
@@ -161,7 +163,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes greatest{};
         for (std::size_t k = 0; k < level.taps; ++k) {
             Lanes bytes;
-            spread_bytes(words[level.records[k]], bytes);
+            spread_bytes(word(level.records[k]), bytes);
             value += level.weights[k] * bytes;
             least = least < bytes ? least : bytes;
             keep_greater(greatest, bytes);
@@ -175,10 +177,10 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes spread{};
         for (std::size_t k = 0; k < level.taps; ++k) {
             Lanes bytes;
-            spread_bytes(words[level.records[k]], bytes);
+            spread_bytes(word(level.records[k]), bytes);
             bytes <<= 8;
             keep_greater(spread,
-                         (bytes > value ? bytes - value : value - bytes) * level.spread_weights[k] >> 15);
+                         (bytes > value ? bytes - value : value - bytes) * level.spread_weight(k) >> 15);
         }
         const Lanes twice = 2 * value < one_value ? 2 * value : Lanes{} + one_value;
         spread = spread * (512u - (twice >> 8)) >> 8;
@@ -187,7 +189,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         Lanes beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
         if (level.window != 0) {
             Lanes probe;
-            spread_bytes(words[CellValues::centre], probe);
+            spread_bytes(word(CellValues::centre), probe);
             Lanes missed{};
             mark_missed(missed, probe, least, greatest);
             keep_greater(beta, missed * level.window);
@@ -196,7 +198,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
             if (level.records[k] < CellValues::first_in_air) {
                 SignedLanes missed;
                 select_lights(level.values->misses[level.records[k]], o, missed);
-                keep_greater(beta, missed ? Lanes{} + level.miss_weights[k] : Lanes{});
+                keep_greater(beta, missed ? Lanes{} + level.miss_weight(k) : Lanes{});
             }
         keep_greater(beta, greatest > 0u ? Lanes{} + level.missing : Lanes{});
         keep_greater(beta, Lanes{} + level.force);
