@@ -208,6 +208,11 @@ LIGHTMESH_AVX2 inline __m128i bytes_of_pair(std::uint64_t lights) {
     return _mm_cmpeq_epi8(_mm_and_si128(octets, bits), bits);
 }
 
+/// A share for those of sixteen lights of which the bytes are all ones.
+LIGHTMESH_AVX2 inline __m256i share_where(__m128i bytes, std::uint32_t share) {
+    return _mm256_and_si256(_mm256_cvtepi8_epi16(bytes), repeat(share));
+}
+
 /// Adds a share of one_weight of values to what two octets have found.
 LIGHTMESH_AVX2 inline void give(Lanes* found, __m256i lower_share, __m256i lower_value, __m256i upper_share,
                                 __m256i upper_value) {
@@ -314,15 +319,14 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_taps(Blend& blend, std::uint64_t light
             greatest = _mm_max_epu8(greatest, bytes[k]);
         }
         __m256i beta = share_of_next(spread_seen(spread, value));
-        const auto keep_least = [&](__m128i missed, std::uint32_t share) {
-            beta = _mm256_max_epu16(beta, _mm256_and_si256(_mm256_cvtepi8_epi16(missed), repeat(share)));
-        };
         if (has_probe)
-            keep_least(is_missed(probe, least, greatest), level.window);
+            beta = _mm256_max_epu16(beta, share_where(is_missed(probe, least, greatest), level.window));
         for (std::size_t k = 0; k < level.taps && has_misses; ++k)
-            if (level.records[k] < CellValues::first_in_air)
-                keep_least(bytes_of_pair(level.values->misses[level.records[k]] >> shift & 0xffffu),
-                           level.miss_weight(k));
+            if (level.records[k] < CellValues::first_in_air) {
+                const __m128i missed =
+                    bytes_of_pair(level.values->misses[level.records[k]] >> shift & 0xffffu);
+                beta = _mm256_max_epu16(beta, share_where(missed, level.miss_weight(k)));
+            }
         const __m256i is_dark = _mm256_cvtepi8_epi16(_mm_cmpeq_epi8(greatest, _mm_setzero_si128()));
         beta = _mm256_max_epu16(beta, _mm256_andnot_si256(is_dark, repeat(level.missing)));
         beta = _mm256_max_epu16(beta, repeat(level.force));
