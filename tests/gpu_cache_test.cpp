@@ -344,6 +344,13 @@ TEST_CASE("shaders answer from a cache's snapshot what the CPU does, bit by bit,
     run(11, 8, 120, {1.0f, 2.0f, 3.0f},
         {.spacing = 0.5f, .detail = 3, .lamp_rays = 2, .origin = glm::vec3(0.0f), .exact_edges = true});
     run(12, 8, 120, glm::vec3(0.0f), {.spacing = 0.3f, .detail = 0, .lamp_rays = 16});
+    lightmesh::CacheSettings with_shafts = coarse;
+    with_shafts.shaft_rows = true;
+    run(13, 65, 120, glm::vec3(0.0f), with_shafts);
+    run(14, 8, 120, {100'000.0f, -300'000.0f, 20'000.0f}, with_shafts);
+    with_shafts.detail = 1;
+    with_shafts.exact_edges = true;
+    run(15, 8, 120, {1.0f, 2.0f, 3.0f}, with_shafts);
     MESSAGE("" << sum.compared << " values, " << sum.penumbrae << " in penumbrae; " << sum.unknown
                << " not known");
     CHECK(sum.compared > 40'000);

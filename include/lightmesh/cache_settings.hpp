@@ -36,8 +36,8 @@ struct CacheSettings {
     /// Whether records of steps g and g / 2 have shaft rows, which ask what stands around them: from 16
     /// places over a square of a step, one ray each to as many parts of a lamp. Where any of those around a
     /// point disagree, there are finer records. What shaft rows see is never shown. Contact shadows of things
-    /// down to a sixth of g are found, for more rays and memory. Shaders do not read such caches
-    /// (`CacheUpload`), and there is no such blur of a light mesh: std::invalid_argument.
+    /// down to a sixth of g are found, for more rays and memory. There is no such blur of a light mesh:
+    /// std::invalid_argument.
     bool shaft_rows = false;
 };
 

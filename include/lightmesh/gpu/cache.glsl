@@ -54,7 +54,8 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 #endif
 
 // As `CacheUpload` lays them out:
-//     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges
+//     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges, 512
+//                                                                      with shaft rows
 //     where slots | records | tiles | lights begin
 //     how far the lattice reaches from its origin: a double
 //     for each level five: see `lightmesh_cache_level_*`
@@ -153,6 +154,12 @@ void lightmesh_cache_request(LightMeshCachePoint at, uint id) {
 
 int lightmesh_cache_finest() {
     return int(lightmesh_cache_places[0].w & 255u);
+}
+bool lightmesh_cache_has_exact_edges() {
+    return (lightmesh_cache_places[0].w & 256u) != 0u;
+}
+bool lightmesh_cache_has_shaft_rows() {
+    return (lightmesh_cache_places[0].w & 512u) != 0u;
 }
 uvec2 lightmesh_cache_level_step(int level) {
     return lightmesh_cache_places[3 + 5 * level].xy;
@@ -546,8 +553,12 @@ struct LightMeshCacheCell {
     bool is_flat;    // whether all four records fit the point without further questions
     int tap_count;
     uint taps[8];    // records that serve the point, on surfaces or in the air
+    int corners[8];  // whose columns they belong to; 4 more in the air
     uint weights[8]; // sum to 2^15
     uvec4 rows[8];   // of a tile: see `lightmesh_cache_record_row`
+    int probe_count; // of what is asked whether the records miss something
+    uint windows[4]; // weights of that
+    uvec4 probes[4]; // rows of that
     uint missing;    // least share of the next level for lights that any of the records sees
     uint lacks;      // why it is not known
 };
@@ -751,8 +762,9 @@ void lightmesh_cache_set_weights() {
     lightmesh_cache_cell.weights[heaviest] += rest;
 }
 
-void lightmesh_cache_add_tap(uint record, uint weight) {
+void lightmesh_cache_add_tap(int corner, uint record, uint weight) {
     lightmesh_cache_cell.taps[lightmesh_cache_cell.tap_count] = record;
+    lightmesh_cache_cell.corners[lightmesh_cache_cell.tap_count] = corner;
     lightmesh_cache_cell.weights[lightmesh_cache_cell.tap_count] = weight;
     ++lightmesh_cache_cell.tap_count;
 }
@@ -764,11 +776,8 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facin
     lightmesh_cache_cell.missing = 0u;
     lightmesh_cache_cell.tap_count = 0;
     if (lightmesh_cache_cell.is_flat) {
-        lightmesh_cache_cell.tap_count = 4;
-        for (int k = 0; k < 4; ++k) {
-            lightmesh_cache_cell.taps[k] = lightmesh_cache_cell.records[k];
-            lightmesh_cache_cell.weights[k] = uint(weights[k]);
-        }
+        for (int k = 0; k < 4; ++k)
+            lightmesh_cache_add_tap(k, lightmesh_cache_cell.records[k], uint(weights[k]));
         return;
     }
     ivec4 fits;
@@ -802,7 +811,7 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facin
         served += weights[k] * fits[k] >> 8;
         uint weight = uint(weights[k]) + 1u;
         if (fits[k] > 0)
-            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], 10u * weight * uint(fits[k]));
+            lightmesh_cache_add_tap(k, lightmesh_cache_cell.records[k], 10u * weight * uint(fits[k]));
         if (fits[k] == 256)
             continue;
         uint air = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), 6u + uint(facing), level);
@@ -810,7 +819,7 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facin
             lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
             return;
         }
-        lightmesh_cache_add_tap(air, 3u * weight * uint(256 - fits[k]));
+        lightmesh_cache_add_tap(4 + k, air, 3u * weight * uint(256 - fits[k]));
     }
     if (lightmesh_cache_cell.tap_count > 0)
         lightmesh_cache_set_weights();
@@ -853,14 +862,39 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     lightmesh_cache_make_taps(at, turn, facing, axes, level);
 }
 
-// The probe of a cell, or 0.
-uint lightmesh_cache_find_probe(int facing, ivec3 axes, int level) {
+void lightmesh_cache_add_probe(ivec3 index, uint weight, int facing, int level, uint tile) {
+    uint probe = lightmesh_cache_find_record(index, 12u + uint(facing), level);
+    lightmesh_cache_cell.probes[lightmesh_cache_cell.probe_count] =
+        probe == 0u ? uvec4(0u) : lightmesh_cache_record_row(probe, tile);
+    lightmesh_cache_cell.windows[lightmesh_cache_cell.probe_count] = min(8u * weight, 32768u);
+    ++lightmesh_cache_cell.probe_count;
+}
+
+// What else is asked whether the records miss something: of each its shaft, or the cell's centre.
+void lightmesh_cache_find_probes(int facing, ivec3 axes, int level, uint tile) {
+    if (lightmesh_cache_has_shaft_rows()) {
+        for (int tap = 0; tap < lightmesh_cache_cell.tap_count; ++tap) {
+            int k = lightmesh_cache_cell.corners[tap];
+            uint weight = lightmesh_cache_cell.weights[tap];
+            if (k >= 4 || weight == 0u)
+                continue;
+            // Of the record's own lattice point.
+            ivec3 index = lightmesh_cache_index(k, axes);
+            index[axes.x] = int(lightmesh_cache_places[lightmesh_cache_cell.taps[tap] + 1u].y) >> 1;
+            lightmesh_cache_add_probe(index, weight, facing, level, tile);
+        }
+        return;
+    }
+    ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
+    uint weight = uint(min(inside.x, inside.y));
+    if (weight == 0u)
+        return;
     ivec3 index = lightmesh_cache_index(0, axes);
     ivec4 along = lightmesh_cache_cell.along;
     int lowest = min(min(along.x, along.y), min(along.z, along.w));
     int highest = max(max(along.x, along.y), max(along.z, along.w));
     index[axes.x] = (facing & 1) == 0 ? highest : lowest;
-    return lightmesh_cache_find_record(index, 12u + uint(facing), level);
+    lightmesh_cache_add_probe(index, weight, facing, level, tile);
 }
 
 // ---- smooth surfaces
@@ -957,11 +991,10 @@ uvec4 lightmesh_cache_bytes(uint word) {
 
 // What makes a level give way to the next one.
 struct LightMeshCacheLevel {
-    uint force;   // least share of the next level
-    uint fade;    // greatest share
-    uint window;  // weight of the probe
-    uvec4 probe;  // its row
+    uint force;  // least share of the next level
+    uint fade;   // greatest share
     bool is_last;
+    bool has_shafts;  // whether what is asked beside records are shaft rows, to which no ray may disagree
 };
 
 // Adds what a level's records say of four lights: what `blend_level` of the library's kernels does.
@@ -992,13 +1025,15 @@ void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, Light
     spread = spread * (512u - (twice >> 8)) >> 8;
     uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
     uvec4 beta = (t * t >> 15) * (98304u - 2u * t) >> 15;
-    if (level.window != 0u) {
-        uvec4 probe = lightmesh_cache_bytes(lightmesh_cache_row_word(level.probe, word));
+    uvec4 heeds_both = uvec4(equal(least, uvec4(255u))) | uvec4(equal(greatest, uvec4(0u)));
+    if (level.has_shafts)
+        heeds_both = uvec4(1u);
+    for (int k = 0; k < lightmesh_cache_cell.probe_count; ++k) {
+        uvec4 probe = lightmesh_cache_bytes(lightmesh_cache_row_word(lightmesh_cache_cell.probes[k], word));
         uvec4 is_missed = (uvec4(equal(probe, uvec4(0u))) & uvec4(greaterThan(least, uvec4(153u)))) |
                           (uvec4(equal(probe, uvec4(255u))) & uvec4(lessThan(greatest, uvec4(102u)))) |
-                          (uvec4(equal(probe, uvec4(127u))) &
-                           (uvec4(equal(least, uvec4(255u))) | uvec4(equal(greatest, uvec4(0u)))));
-        beta = max(beta, is_missed * level.window);
+                          (uvec4(equal(probe, uvec4(127u))) & heeds_both);
+        beta = max(beta, is_missed * lightmesh_cache_cell.windows[k]);
     }
     beta = max(beta, uvec4(greaterThan(greatest, uvec4(0u))) * lightmesh_cache_cell.missing);
     beta = max(beta, uvec4(level.force));
@@ -1030,7 +1065,6 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
     uvec2 unknown = uvec2(0u);
     bool is_first = true;
     int finest = lightmesh_cache_finest();
-    bool has_exact_edges = (lightmesh_cache_places[0].w & 256u) != 0u;
     ivec3 axes = lightmesh_cache_axes(at.facings[turn]);
     for (int k = 0; k < 16; ++k)
         lightmesh_cache_found[k] = uvec4(0u);
@@ -1053,23 +1087,18 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
             unknown |= bent;
             lights &= ~bent;
         }
-        bool is_base = level >= 9, is_exact = is_last && has_exact_edges;
+        bool is_base = level >= 9, is_exact = is_last && lightmesh_cache_has_exact_edges();
         LightMeshCacheLevel how;
         how.is_last = is_last && !is_exact;
         how.force = is_exact || is_base ? 0u : 32768u;
         how.fade = uint(is_exact ? 32768 : next);
-        how.window = 0u;
-        how.probe = uvec4(0u);
+        how.has_shafts = lightmesh_cache_has_shaft_rows();
+        lightmesh_cache_cell.probe_count = 0;
+        if (is_base && level < 11 && !is_last)
+            lightmesh_cache_find_probes(at.facings[turn], axes, level, tile);
         uvec2 known = uvec2(~0u);
-        if (is_base && level < 11 && !is_last) {
-            ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
-            how.window = uint(min(8 * min(inside.x, inside.y), 32768));
-            uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.facings[turn], axes, level) : 0u;
-            if (probe != 0u)
-                how.probe = lightmesh_cache_record_row(probe, tile);
-            if (how.window != 0u)
-                known = how.probe.zw;
-        }
+        for (int k = 0; k < lightmesh_cache_cell.probe_count; ++k)
+            known &= lightmesh_cache_cell.probes[k].zw;
         for (int k = 0; k < taps; ++k) {
             uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.taps[k], tile);
             lightmesh_cache_cell.rows[k] = row;
