@@ -415,6 +415,7 @@ TEST_CASE("gpu frame: light meshes on all levels, and caches, filled as shaders 
         check_same_picture(device, demo::make_spheres(), "cache", options, shaft_rows);
     options.width = 24;
     options.height = 18;
+    check_same_picture(device, demo::make_rooms(), "cache", options, true);
     check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked",
                        options);
     check_same_picture(device, demo::make_rooms(), "linked", options);
@@ -489,6 +490,14 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
     for (const char* row : {"device", "in shaders", "shadow rays", "surface points"})
         CHECK_MESSAGE(on_gpu.output.find(row) != std::string::npos, row);
     REQUIRE(render("-a whitted --on cpu --tone filmic -o " + file("cpu.png")).status == 0);
+    CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
+                                      demo::read_png(folder / "cpu.png")) <= 0.001);
+
+    for (const std::string on : {"cpu", "gpu"})
+        REQUIRE(test::run(folder, LIGHTMESH_RENDER
+                                      " picture rooms --width 24 --height 18 -a cache --shaft-rows --on " +
+                                      on + " -o " + file((on + ".png").c_str()))
+                    .status == 0);
     CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
                                       demo::read_png(folder / "cpu.png")) <= 0.001);
 
