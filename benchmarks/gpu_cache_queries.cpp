@@ -23,13 +23,15 @@ using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
 
 /// Fills a cache on the CPU, asks it there and on the device, and prints a row of the table. Returns how many
 /// values differ.
-std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, float lamp_radius) {
+std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, float lamp_radius,
+                bool shaft_rows, std::size_t share = 1) {
     const demo::EmbreeScene bvh(scene);
-    const std::vector<SurfacePoint> points = bench::surface_points(
-        device.is_cpu() ? bench::ShadingPoints(bvh, 64, 48) : bench::ShadingPoints(bvh, 1920, 1440));
+    const bench::ShadingPoints seen =
+        device.is_cpu() ? bench::ShadingPoints(bvh, 64, 48) : bench::ShadingPoints(bvh, 1920, 1440);
+    const std::vector<SurfacePoint> points = bench::surface_points(seen.part(seen.size() / share));
     const demo::EmbreeIntersector tracer = bvh.intersector();
     const Cache cache(tracer, bench::sphere_lamps(scene, lamp_radius),
-                      lightmesh::CacheSettings{.spacing = 0.25f * scene.radius});
+                      lightmesh::CacheSettings{.spacing = 0.25f * scene.radius, .shaft_rows = shaft_rows});
     const std::vector<float> expected = bench::ask_on_cpu(cache, points);
 
     demo::CacheQueries queries(device);
@@ -48,9 +50,9 @@ std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, flo
             ++differing;
     }
     const auto values = static_cast<double>(expected.size());
-    std::printf("| %s | %zu | %zu | %zu | %zu | %.3f | %.2f | %.1f | %.2f | %.3f |\n", scene.name.c_str(),
-                cache.light_count(), points.size(), differing, lacking,
-                100.0 * static_cast<double>(by_rays) / values,
+    std::printf("| %s | %zu | %s | %zu | %zu | %zu | %.3f | %.2f | %.1f | %.2f | %.3f |\n",
+                scene.name.c_str(), cache.light_count(), shaft_rows ? "yes" : "no", points.size(), differing,
+                lacking, 100.0 * static_cast<double>(by_rays) / values,
                 static_cast<double>(answer.rays) / static_cast<double>(points.size()),
                 1e-6 * static_cast<double>(bytes), 1e3 * answer.seconds, 1e9 * answer.seconds / values);
     std::fflush(stdout);
@@ -59,16 +61,19 @@ std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, flo
 
 bool run(const demo::ComputeDevice& device) {
     std::printf(
-        "| scene | lights | points | values that differ from the CPU's | points that lack values | %% of "
+        "| scene | lights | shaft rows | points | values that differ from the CPU's | points that lack "
+        "values | %% of "
         "values that take rays from the point | guard rays a point | MB uploaded | ms | ns a point and light "
-        "|\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+        "|\n|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     std::size_t wrong = 0;
-    wrong += row(device, demo::make_spheres(), 6.0f);
-    wrong += row(device, demo::make_rooms(), 0.3f);
     demo::Scene park = demo::make_park();
-    wrong += row(device, park, 1.0f);
+    for (const bool shaft_rows : {false, true}) {
+        wrong += row(device, demo::make_spheres(), 6.0f, shaft_rows);
+        wrong += row(device, demo::make_rooms(), 0.3f, shaft_rows);
+        wrong += row(device, park, 1.0f, shaft_rows);
+    }
     demo::spread_lights(park, 256);
-    wrong += row(device, park, 1.0f);
+    wrong += row(device, park, 1.0f, false, 8);
     return wrong == 0;
 }
 

@@ -54,10 +54,8 @@ demo::Scene exposed(const std::string& name) {
 /// A small picture by one algorithm.
 demo::Image picture(const demo::Scene& scene, const std::string& algorithm, int width = 64, int height = 48) {
     const demo::EmbreeScene embree(scene);
-    demo::VisibilityOptions options;
+    demo::VisibilityOptions options = demo::options_of(scene);
     options.depth = demo::DepthSource::embree;
-    options.settings.radius = scene.radius;
-    options.settings.quality = scene.quality;
     options.settings.shadow_map_size = 256;
     demo::RenderOptions render;
     render.width = width;

@@ -3,6 +3,11 @@
 #include "gpu/compute.hpp"
 #include "hit_tracer.hpp"
 #include "plain.hpp"
+#include "render/embree_scene.hpp"
+#include "render/scene_cache.hpp"
+#include "render/visibility.hpp"
+#include "scene/scene.hpp"
+#include "seen_points.hpp"
 #include "watched_device.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
@@ -196,9 +201,10 @@ bool same_bits(float a, float b) {
 }
 
 /// What a snapshot knows without rays from points to lamps.
-class KnownStore : public lightmesh::detail::FrozenCacheStore<test::HitTracer> {
+template <class Tracer>
+class KnownStore : public lightmesh::detail::FrozenCacheStore<Tracer> {
 public:
-    using FrozenCacheStore::FrozenCacheStore;
+    using lightmesh::detail::FrozenCacheStore<Tracer>::FrozenCacheStore;
 
     template <class... Arguments>
     void exact(const Arguments&...) const {
@@ -224,11 +230,12 @@ struct Differences {
 };
 
 /// The answers of shaders against those of the CPU.
-Differences compare(std::span<const std::byte> bytes, const test::HitTracer& tracer,
+template <class Tracer>
+Differences compare(std::span<const std::byte> bytes, const Tracer& tracer,
                     std::span<const lightmesh::SurfacePoint> points, std::span<const float> values) {
     Differences found;
     const lightmesh::detail::CacheReader reader(bytes);
-    const KnownStore store(tracer, reader);
+    const KnownStore<Tracer> store(tracer, reader);
     lightmesh::detail::CacheQuery query(store);
     const std::size_t count = reader.lamps().size();
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -270,12 +277,11 @@ std::vector<lightmesh::SurfacePoint> points_of(std::span<const lightmesh::CacheR
 }
 
 /// Asks for points of which a part was filled; has the rest filled as shaders ask for it.
-template <class Cache>
-Differences ask_and_fill(Gpu& gpu, World& world, const Cache& cache, std::size_t count) {
-    const test::HitTracer tracer = world.tracer();
+template <class Tracer, class Cache>
+Differences ask_and_fill(Gpu& gpu, const Tracer& tracer, const Cache& cache,
+                         std::span<const lightmesh::SurfacePoint> points) {
     const auto trace = demo::trace_by(tracer);
-    const auto points = world.points(count, true);
-    cache.fill(std::span(points).first(count / 2));
+    cache.fill(points.first(points.size() / 2));
     auto bytes = cache.snapshot();
     gpu.queries.upload(bytes);
     auto answer = gpu.queries.ask(points, trace);
@@ -331,12 +337,12 @@ TEST_CASE("shaders answer from a cache's snapshot what the CPU does, bit by bit,
         CAPTURE(seed);
         World world(seed, middle);
         const lightmesh::VisibilityCache cache{world.tracer(), world.lights(lights), settings};
-        const Differences found = ask_and_fill(gpu, world, cache, points);
+        const Differences found = ask_and_fill(gpu, world.tracer(), cache, world.points(points, true));
         CHECK(found.values == 0);
         CHECK(found.known == 0);
         sum += found;
     };
-    const lightmesh::CacheSettings coarse{.spacing = 0.25f, .detail = 2, .lamp_rays = 4};
+    const lightmesh::CacheSettings coarse{.spacing = 0.25f, .detail = 2, .lamp_rays = 4, .shaft_rows = false};
     for (const std::uint32_t lights : {0u, 1u, 63u, 64u, 65u})
         run(lights, lights, 120, glm::vec3(0.0f), coarse);
     run(256, 256, 40, glm::vec3(0.0f), coarse);
@@ -344,6 +350,13 @@ TEST_CASE("shaders answer from a cache's snapshot what the CPU does, bit by bit,
     run(11, 8, 120, {1.0f, 2.0f, 3.0f},
         {.spacing = 0.5f, .detail = 3, .lamp_rays = 2, .origin = glm::vec3(0.0f), .exact_edges = true});
     run(12, 8, 120, glm::vec3(0.0f), {.spacing = 0.3f, .detail = 0, .lamp_rays = 16});
+    lightmesh::CacheSettings with_shafts = coarse;
+    with_shafts.shaft_rows = true;
+    run(13, 65, 120, glm::vec3(0.0f), with_shafts);
+    run(14, 8, 120, {100'000.0f, -300'000.0f, 20'000.0f}, with_shafts);
+    with_shafts.detail = 1;
+    with_shafts.exact_edges = true;
+    run(15, 8, 120, {1.0f, 2.0f, 3.0f}, with_shafts);
     MESSAGE("" << sum.compared << " values, " << sum.penumbrae << " in penumbrae; " << sum.unknown
                << " not known");
     CHECK(sum.compared > 40'000);
@@ -357,10 +370,30 @@ TEST_CASE("shaders answer from blur rows as well") {
     lightmesh::LightMesh mesh{world.tracer(), world.lights(20), {.radius = 1.0f, .quality = 2.0f}};
     const lightmesh::VisibilityCache cache{std::move(mesh),
                                            lightmesh::CacheSettings{.spacing = 0.5f, .detail = 1}};
-    const Differences found = ask_and_fill(gpu, world, cache, 60);
+    const Differences found = ask_and_fill(gpu, world.tracer(), cache, world.points(60, true));
     CHECK(found.values == 0);
     CHECK(found.known == 0);
     CHECK(found.penumbrae > 100);
+    CHECK(gpu.messages.empty());
+}
+
+TEST_CASE("shaders answer at all points of small pictures, with shaft rows and without") {
+    Gpu& gpu = the_gpu();
+    for (const demo::Scene& scene : {demo::make_spheres(), demo::make_rooms()}) {
+        const demo::EmbreeScene embree(scene);
+        const auto points = test::seen_points(embree, 24);
+        demo::VisibilityOptions options = demo::options_of(scene);
+        for (const bool shaft_rows : {false, true}) {
+            CAPTURE(scene.name);
+            CAPTURE(shaft_rows);
+            options.cache.shaft_rows = shaft_rows;
+            const demo::SceneCache cache = demo::cache_of(embree, options);
+            const Differences found = ask_and_fill(gpu, embree.intersector(), cache, points);
+            CHECK(found.values == 0);
+            CHECK(found.known == 0);
+            CHECK(found.penumbrae > 100);
+        }
+    }
     CHECK(gpu.messages.empty());
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "gpu/cache_fill.hpp"
 #include "gpu/compute.hpp"
 #include "gpu/gpu_rays.hpp"
 #include "gpu/gpu_renderer.hpp"
@@ -10,18 +11,17 @@
 #include "image/image.hpp"
 #include "random_scene.hpp"
 #include "render/embree_scene.hpp"
-#include "render/lamps.hpp"
 #include "render/renderer.hpp"
-#include "render/view.hpp"
+#include "render/scene_cache.hpp"
 #include "render/visibility.hpp"
 #include "run_command.hpp"
 #include "scene/light_rig.hpp"
 #include "scene/scene.hpp"
+#include "seen_points.hpp"
 #include "temporary_folder.hpp"
 #include "watched_device.hpp"
 
 #include <lightmesh/light_mesh.hpp>
-#include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/common.hpp>
@@ -56,13 +56,13 @@ demo::RenderOptions small_picture() {
 
 /// Whether shaders' and the CPU's picture of a scene are one to the eye, and not black.
 void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& scene,
-                        const std::string& algorithm, const demo::RenderOptions& options) {
+                        const std::string& algorithm, const demo::RenderOptions& options,
+                        bool shaft_rows = false) {
     CAPTURE(scene.name);
     CAPTURE(algorithm);
     const demo::EmbreeScene embree(scene);
-    demo::VisibilityOptions visibility;
-    visibility.settings.radius = scene.radius;
-    visibility.settings.quality = scene.quality;
+    demo::VisibilityOptions visibility = demo::options_of(scene);
+    visibility.cache.shaft_rows = shaft_rows;
     visibility.area_samples = 4;
     const auto shadows = demo::make_visibility(algorithm, embree, visibility);
     demo::RenderStatistics of_cpu;
@@ -141,19 +141,6 @@ OtherRays other_rays(const demo::ComputeDevice& device, const demo::Scene& scene
 
 using Mesh = lightmesh::LightMesh<demo::EmbreeIntersector>;
 
-/// What the eye sees in a small picture.
-std::vector<lightmesh::SurfacePoint> seen_points(const demo::EmbreeScene& scene, int side) {
-    const demo::View view(scene.scene().camera, side, side);
-    std::vector<lightmesh::SurfacePoint> points;
-    for (int i = 0; i < side * side; ++i) {
-        const float column = static_cast<float>(i % side) + 0.5f;
-        const float row = static_cast<float>(i / side) + 0.5f;
-        if (const auto hit = scene.trace(view.origin(column, row), view.direction(column, row), 1e30f))
-            points.push_back({.position = hit->position, .normal = hit->geometric_normal});
-    }
-    return points;
-}
-
 /// Rays to fill of which shaders and Embree say another thing, and all of them.
 struct ListedRays {
     std::uint64_t differing = 0;
@@ -163,15 +150,14 @@ struct ListedRays {
 
 ListedRays other_long_rays(const demo::ComputeDevice& device, const demo::Scene& scene) {
     const demo::EmbreeScene embree(scene);
-    const Mesh mesh{embree.intersector(), demo::shapes_of_lights(scene),
-                    lightmesh::Settings{.radius = scene.radius, .quality = scene.quality}};
+    const Mesh mesh{embree.intersector(), demo::shapes_of_lights(scene), demo::options_of(scene).settings};
     const demo::GpuScene copy(device, embree);
     demo::LongTests shaders(device, copy);
     const demo::UploadedMesh uploaded(device, mesh.snapshot());
     shaders.bind(uploaded.bindings(demo::LongTests::set));
     lightmesh::LongTestList list;
     // Of many lights a few points take hundreds of thousands of rays.
-    mesh.list_long_tests(seen_points(embree, scene.lights.size() > 8 ? 4 : 8), list);
+    mesh.list_long_tests(test::seen_points(embree, scene.lights.size() > 8 ? 4 : 8), list);
     ListedRays rays;
     mesh.fill(list, [&](std::span<const lightmesh::LongTestWord> words, std::span<std::uint64_t> seen) {
         shaders(words, seen, nullptr);
@@ -191,32 +177,25 @@ ListedRays other_long_rays(const demo::ComputeDevice& device, const demo::Scene&
 }
 
 /// The same of a cache's rays to lamps.
-ListedRays other_lamp_rays(const demo::ComputeDevice& device, const demo::Scene& scene) {
+ListedRays other_lamp_rays(const demo::ComputeDevice& device, const demo::Scene& scene,
+                           const demo::VisibilityOptions& options) {
     const demo::EmbreeScene embree(scene);
-    demo::VisibilityOptions options;
-    options.settings.radius = scene.radius;
-    options.settings.quality = scene.quality;
-    const lightmesh::VisibilityCache<demo::EmbreeIntersector> cache(
-        embree.intersector(), demo::lamps_of(embree, options), demo::cache_settings_of(options));
+    const demo::SceneCache cache = demo::cache_of(embree, options);
     const demo::GpuScene copy(device, embree);
     demo::SegmentRays shaders(device, copy);
-    const auto points = seen_points(embree, scene.lights.size() > 8 ? 3 : 6);
+    const auto points = test::seen_points(embree, scene.lights.size() > 8 ? 3 : 6);
     ListedRays rays;
-    for (bool is_filled = false; !is_filled;) {
-        lightmesh::LampRayList list;
-        cache.list_lamp_rays(points, list);
-        cache.fill(list, [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) {
-            shaders(segments, hit, nullptr);
-            std::vector<std::uint8_t> expected(segments.size());
-            cache.tracer().occluded(segments, expected);
-            for (std::size_t i = 0; i < segments.size(); ++i) {
-                rays.differing += hit[i] != expected[i] ? 1u : 0u;
-                rays.seen += hit[i] == 0 ? 1u : 0u;
-            }
-            rays.all += segments.size();
-        });
-        is_filled = list.is_empty();
-    }
+    // So few points are filled by one thread.
+    demo::fill_by_lists(cache, points, [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) {
+        shaders(segments, hit, nullptr);
+        std::vector<std::uint8_t> expected(segments.size());
+        cache.tracer().occluded(segments, expected);
+        for (std::size_t i = 0; i < segments.size(); ++i) {
+            rays.differing += hit[i] != expected[i] ? 1u : 0u;
+            rays.seen += hit[i] == 0 ? 1u : 0u;
+        }
+        rays.all += segments.size();
+    });
     CHECK(shaders.spent().rays == rays.all);
     CHECK(cache.statistics().listed_rays == rays.all);
     CHECK(cache.statistics().lamp_rays == 0);
@@ -335,7 +314,10 @@ TEST_CASE("gpu frame: long tests and rays to lamps that shaders trace say what E
     for (const demo::Scene& scene : scenes) {
         CAPTURE(scene.name);
         check(other_long_rays(device, scene));
-        check(other_lamp_rays(device, scene));
+        demo::VisibilityOptions options = demo::options_of(scene);
+        check(other_lamp_rays(device, scene, options));
+        options.cache.shaft_rows = true;
+        check(other_lamp_rays(device, scene, options));
     }
 }
 
@@ -343,12 +325,11 @@ TEST_CASE("gpu frame: what is cancelled stores nothing") {
     const demo::ComputeDevice device;
     const demo::Scene scene = demo::make_spheres();
     const demo::EmbreeScene embree(scene);
-    const Mesh mesh{embree.intersector(), demo::shapes_of_lights(scene),
-                    lightmesh::Settings{.radius = scene.radius, .quality = scene.quality}};
+    const Mesh mesh{embree.intersector(), demo::shapes_of_lights(scene), demo::options_of(scene).settings};
     const demo::GpuScene copy(device, embree);
     demo::LongTests shaders(device, copy);
     lightmesh::LongTestList list;
-    mesh.list_long_tests(seen_points(embree, 4), list);
+    mesh.list_long_tests(test::seen_points(embree, 4), list);
     const std::atomic<bool> cancel = true;
     CHECK_THROWS_AS(mesh.fill(list, [&](auto words, auto seen) { shaders(words, seen, &cancel); }),
                     demo::Cancelled);
@@ -430,9 +411,11 @@ TEST_CASE("gpu frame: light meshes on all levels, and caches, filled as shaders 
     demo::RenderOptions options;
     options.width = 40;
     options.height = 30;
-    check_same_picture(device, demo::make_spheres(), "cache", options);
+    for (const bool shaft_rows : {false, true})
+        check_same_picture(device, demo::make_spheres(), "cache", options, shaft_rows);
     options.width = 24;
     options.height = 18;
+    check_same_picture(device, demo::make_rooms(), "cache", options, true);
     check_same_picture(device, demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"), "linked",
                        options);
     check_same_picture(device, demo::make_rooms(), "linked", options);
@@ -449,8 +432,7 @@ TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh an
     demo::RenderOptions options;
     options.width = 16;
     options.height = 12;
-    demo::VisibilityOptions visibility;
-    visibility.settings.radius = scene.radius;
+    demo::VisibilityOptions visibility = demo::options_of(scene);
     visibility.settings.quality = 4.0f;
     for (const char* algorithm : {"whitted", "express", "cache"}) {
         demo::GpuRenderer renderer(watched.device, algorithm, embree, visibility, options);
@@ -508,6 +490,14 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
     for (const char* row : {"device", "in shaders", "shadow rays", "surface points"})
         CHECK_MESSAGE(on_gpu.output.find(row) != std::string::npos, row);
     REQUIRE(render("-a whitted --on cpu --tone filmic -o " + file("cpu.png")).status == 0);
+    CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
+                                      demo::read_png(folder / "cpu.png")) <= 0.001);
+
+    for (const std::string on : {"cpu", "gpu"})
+        REQUIRE(test::run(folder, LIGHTMESH_RENDER
+                                      " picture rooms --width 24 --height 18 -a cache --shaft-rows --on " +
+                                      on + " -o " + file((on + ".png").c_str()))
+                    .status == 0);
     CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
                                       demo::read_png(folder / "cpu.png")) <= 0.001);
 

@@ -48,9 +48,7 @@ demo::RenderOptions small_picture() {
 }
 
 std::unique_ptr<demo::Visibility> visibility_in(const Stage& stage, const std::string& algorithm) {
-    demo::VisibilityOptions options;
-    options.settings.radius = stage.scene.radius;
-    options.settings.quality = stage.scene.quality;
+    demo::VisibilityOptions options = demo::options_of(stage.scene);
     options.settings.short_test = lightmesh::ShortTest::exact;
     options.settings.shadow_map_size = 256;
     options.settings.footprint_scale = 0.0f;  // The pixels of so small pictures are as wide as steps.

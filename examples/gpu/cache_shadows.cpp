@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/cache_shadows.hpp"
 
+#include "gpu/cache_fill.hpp"
 #include "gpu/segment_rays.hpp"
-#include "render/lamps.hpp"
+#include "render/scene_cache.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/snapshot.hpp>
 #include <lightmesh/surface_point.hpp>
-#include <lightmesh/visibility_cache.hpp>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -28,26 +30,13 @@ using lightmesh::SurfacePoint;
 /// fill.
 constexpr int enough_turns = 8;
 
-/// Points whose records a thread has filled at once: their rays are enough for a dispatch.
-constexpr std::size_t points_to_fill = 4096;
-/// Points whose lack is listed together.
-constexpr std::size_t points_to_list = 64;
-
-/// Calls act(first, size) for parts of `count`, of up to `at_once`, on all threads.
-template <class Act>
-void for_parts(std::size_t count, std::size_t at_once, Act&& act) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, at_once),
-                      [&](const auto& part) { act(part.begin(), part.size()); });
-}
-
 }  // namespace
 
 struct CacheShadows::Parts {
     Parts(const ComputeDevice& on, const EmbreeScene& scene, const GpuScene& copy,
           const VisibilityOptions& options, std::size_t pixels)
-        : device(on), rays(on, copy),
-          cache(scene.intersector(), lamps_of(scene, options), cache_settings_of(options)),
-          row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
+        : device(on), rays(on, copy), cache(cache_of(scene, options)), row_of_pixel(pixels),
+          rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
           no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {
         upload();
     }
@@ -62,27 +51,8 @@ struct CacheShadows::Parts {
     }
 
     void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
-        for_parts(points.size(), points_to_fill, [&](std::size_t first, std::size_t size) {
-            fill_part(points.subspan(first, size), cancel);
-        });
+        fill_by_lists(cache, points, [&](auto segments, auto hit) { rays(segments, hit, cancel); });
         upload();
-    }
-
-    /// Level by level: what is listed for a point tells whether finer records will be needed.
-    void fill_part(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
-        std::vector<std::span<const SurfacePoint>> lacking;
-        for (std::size_t first = 0; first < points.size(); first += points_to_list)
-            lacking.push_back(points.subspan(first, (std::min)(points_to_list, points.size() - first)));
-        while (!lacking.empty()) {
-            lightmesh::LampRayList all;
-            std::erase_if(lacking, [&](std::span<const SurfacePoint> some) {
-                lightmesh::LampRayList list;
-                cache.list_lamp_rays(some, list);
-                all.add(list);
-                return list.is_empty();
-            });
-            cache.fill(all, [&](auto segments, auto hit) { rays(segments, hit, cancel); });
-        }
     }
 
     void answer(std::span<const SurfacePoint> points, std::span<const std::uint32_t> of_pixels) {
@@ -90,8 +60,9 @@ struct CacheShadows::Parts {
         const std::size_t first_row = lights == 0 ? 0 : values.size() / lights;
         values.resize((first_row + points.size()) * lights);
         const std::span<float> added = std::span(values).subspan(first_row * lights);
-        for_parts(points.size(), 256, [&](std::size_t first, std::size_t size) {
-            cache.visibility(points.subspan(first, size), added.subspan(first * lights, size * lights));
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 256), [&](const auto& part) {
+            cache.visibility(points.subspan(part.begin(), part.size()),
+                             added.subspan(part.begin() * lights, part.size() * lights));
         });
         for (std::size_t i = 0; i < points.size(); ++i)
             row_of_pixel[of_pixels[i]] = static_cast<std::uint32_t>(first_row + i + 1);
@@ -101,7 +72,7 @@ struct CacheShadows::Parts {
 
     ComputeDevice device;
     SegmentRays rays;
-    lightmesh::VisibilityCache<EmbreeIntersector> cache;
+    SceneCache cache;
     std::vector<std::byte> bytes;  ///< the cache as it was uploaded
     std::vector<ComputeBuffer> buffers;
     std::vector<std::uint32_t> row_of_pixel;

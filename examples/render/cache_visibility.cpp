@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/follow_scene.hpp"
 #include "render/lamps.hpp"
+#include "render/scene_cache.hpp"
 #include "render/stopwatch.hpp"
 #include "render/visibility.hpp"
 
@@ -78,18 +79,16 @@ private:
 }  // namespace
 
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
-    using Cache = lightmesh::VisibilityCache<EmbreeIntersector>;
-    const std::vector<lightmesh::Light> lamps = lamps_of(scene, options);
-    Cache cache(scene.intersector(), lamps, cache_settings_of(options));
+    SceneCache cache = cache_of(scene, options);
     if (!options.known.empty()) {
-        require_same_sizes(options.known, lamps);
+        require_same_sizes(options.known, lamps_of(scene, options));
         cache.merge(options.known);
     }
     VisibilityOptions for_lamps;
     for_lamps.settings = options.settings;
     for_lamps.light_size = options.light_size;
     for_lamps.lights = options.lights;
-    return std::make_unique<CacheVisibility<Cache>>(
+    return std::make_unique<CacheVisibility<SceneCache>>(
         std::move(cache), [for_lamps](const EmbreeScene& now) { return lamps_of(now, for_lamps); });
 }
 

@@ -92,6 +92,14 @@ struct VisibilityOptions {
     std::optional<std::vector<std::size_t>> lights{};
 };
 
+/// With the radius and the quality that suit the scene.
+inline VisibilityOptions options_of(const Scene& scene) {
+    VisibilityOptions options;
+    options.settings.radius = scene.radius;
+    options.settings.quality = scene.quality;
+    return options;
+}
+
 /// Numbers of the lights that are asked for.
 std::vector<std::size_t> numbers_of_lights(const Scene& scene, const VisibilityOptions& options);
 /// The shapes of some lights, or of all, as a light mesh takes them.

@@ -54,7 +54,8 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 #endif
 
 // As `CacheUpload` lays them out:
-//     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges
+//     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges, 512
+//                                                                      with shaft rows
 //     where slots | records | tiles | lights begin
 //     how far the lattice reaches from its origin: a double
 //     for each level five: see `lightmesh_cache_level_*`
@@ -153,6 +154,12 @@ void lightmesh_cache_request(LightMeshCachePoint at, uint id) {
 
 int lightmesh_cache_finest() {
     return int(lightmesh_cache_places[0].w & 255u);
+}
+bool lightmesh_cache_has_exact_edges() {
+    return (lightmesh_cache_places[0].w & 256u) != 0u;
+}
+bool lightmesh_cache_has_shaft_rows() {
+    return (lightmesh_cache_places[0].w & 512u) != 0u;
 }
 uvec2 lightmesh_cache_level_step(int level) {
     return lightmesh_cache_places[3 + 5 * level].xy;
@@ -546,6 +553,7 @@ struct LightMeshCacheCell {
     bool is_flat;    // whether all four records fit the point without further questions
     int tap_count;
     uint taps[8];    // records that serve the point, on surfaces or in the air
+    bool in_air[8];
     uint weights[8]; // sum to 2^15
     uvec4 rows[8];   // of a tile: see `lightmesh_cache_record_row`
     uint missing;    // least share of the next level for lights that any of the records sees
@@ -751,8 +759,9 @@ void lightmesh_cache_set_weights() {
     lightmesh_cache_cell.weights[heaviest] += rest;
 }
 
-void lightmesh_cache_add_tap(uint record, uint weight) {
+void lightmesh_cache_add_tap(uint record, bool in_air, uint weight) {
     lightmesh_cache_cell.taps[lightmesh_cache_cell.tap_count] = record;
+    lightmesh_cache_cell.in_air[lightmesh_cache_cell.tap_count] = in_air;
     lightmesh_cache_cell.weights[lightmesh_cache_cell.tap_count] = weight;
     ++lightmesh_cache_cell.tap_count;
 }
@@ -764,11 +773,8 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facin
     lightmesh_cache_cell.missing = 0u;
     lightmesh_cache_cell.tap_count = 0;
     if (lightmesh_cache_cell.is_flat) {
-        lightmesh_cache_cell.tap_count = 4;
-        for (int k = 0; k < 4; ++k) {
-            lightmesh_cache_cell.taps[k] = lightmesh_cache_cell.records[k];
-            lightmesh_cache_cell.weights[k] = uint(weights[k]);
-        }
+        for (int k = 0; k < 4; ++k)
+            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], false, uint(weights[k]));
         return;
     }
     ivec4 fits;
@@ -802,7 +808,7 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facin
         served += weights[k] * fits[k] >> 8;
         uint weight = uint(weights[k]) + 1u;
         if (fits[k] > 0)
-            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], 10u * weight * uint(fits[k]));
+            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], false, 10u * weight * uint(fits[k]));
         if (fits[k] == 256)
             continue;
         uint air = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), 6u + uint(facing), level);
@@ -810,7 +816,7 @@ void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facin
             lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
             return;
         }
-        lightmesh_cache_add_tap(air, 3u * weight * uint(256 - fits[k]));
+        lightmesh_cache_add_tap(air, true, 3u * weight * uint(256 - fits[k]));
     }
     if (lightmesh_cache_cell.tap_count > 0)
         lightmesh_cache_set_weights();
@@ -955,6 +961,19 @@ uvec4 lightmesh_cache_bytes(uint word) {
     return uvec4(word & 255u, (word >> 8) & 255u, (word >> 16) & 255u, word >> 24);
 }
 
+// Reads four bytes of a shaft row: makes them plain values, and returns 1 in each byte that misses something. See
+// `shaft_byte` of the library's row.hpp.
+uint lightmesh_cache_zero_bytes(uint word) {
+    return (~(((word & 0x7f7f7f7fu) + 0x7f7f7f7fu) | word) >> 7) & 0x01010101u;
+}
+uint lightmesh_cache_read_shaft(inout uint word) {
+    uint misses = word & 0x01010101u & ~lightmesh_cache_zero_bytes(~word);
+    if (misses != 0u)
+        word = (word & ~lightmesh_cache_zero_bytes(word ^ 0x01010101u)) |
+               lightmesh_cache_zero_bytes(word ^ 0xfdfdfdfdu) << 1;
+    return misses;
+}
+
 // What makes a level give way to the next one.
 struct LightMeshCacheLevel {
     uint force;   // least share of the next level
@@ -962,14 +981,18 @@ struct LightMeshCacheLevel {
     uint window;  // weight of the probe
     uvec4 probe;  // its row
     bool is_last;
+    bool has_shafts;  // whether rows of records on surfaces are shaft rows
 };
 
 // Adds what a level's records say of four lights: what `blend_level` of the library's kernels does.
 void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, LightMeshCacheLevel level) {
-    uvec4 value = uvec4(0u), least = uvec4(255u), greatest = uvec4(0u);
+    uvec4 value = uvec4(0u), least = uvec4(255u), greatest = uvec4(0u), missed = uvec4(0u);
     uint words[8];
     for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
         words[k] = lightmesh_cache_row_word(lightmesh_cache_cell.rows[k], word);
+        if (level.has_shafts && !lightmesh_cache_cell.in_air[k])
+            missed = max(missed, lightmesh_cache_bytes(lightmesh_cache_read_shaft(words[k])) *
+                                     min(8u * lightmesh_cache_cell.weights[k], 32768u));
         uvec4 bytes = lightmesh_cache_bytes(words[k]);
         value += lightmesh_cache_cell.weights[k] * bytes;
         least = min(least, bytes);
@@ -991,7 +1014,7 @@ void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, Light
     uvec4 twice = min(2u * value, uvec4(65280u));
     spread = spread * (512u - (twice >> 8)) >> 8;
     uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
-    uvec4 beta = (t * t >> 15) * (98304u - 2u * t) >> 15;
+    uvec4 beta = max((t * t >> 15) * (98304u - 2u * t) >> 15, missed);
     if (level.window != 0u) {
         uvec4 probe = lightmesh_cache_bytes(lightmesh_cache_row_word(level.probe, word));
         uvec4 is_missed = (uvec4(equal(probe, uvec4(0u))) & uvec4(greaterThan(least, uvec4(153u)))) |
@@ -1030,7 +1053,6 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
     uvec2 unknown = uvec2(0u);
     bool is_first = true;
     int finest = lightmesh_cache_finest();
-    bool has_exact_edges = (lightmesh_cache_places[0].w & 256u) != 0u;
     ivec3 axes = lightmesh_cache_axes(at.facings[turn]);
     for (int k = 0; k < 16; ++k)
         lightmesh_cache_found[k] = uvec4(0u);
@@ -1053,15 +1075,17 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
             unknown |= bent;
             lights &= ~bent;
         }
-        bool is_base = level >= 9, is_exact = is_last && has_exact_edges;
+        bool is_base = level >= 9, is_exact = is_last && lightmesh_cache_has_exact_edges();
         LightMeshCacheLevel how;
         how.is_last = is_last && !is_exact;
         how.force = is_exact || is_base ? 0u : 32768u;
         how.fade = uint(is_exact ? 32768 : next);
         how.window = 0u;
         how.probe = uvec4(0u);
+        bool is_coarse = is_base && level < 11;
+        how.has_shafts = is_coarse && lightmesh_cache_has_shaft_rows();
         uvec2 known = uvec2(~0u);
-        if (is_base && level < 11 && !is_last) {
+        if (is_coarse && !how.has_shafts && !is_last) {
             ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
             how.window = uint(min(8 * min(inside.x, inside.y), 32768));
             uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.facings[turn], axes, level) : 0u;

@@ -43,7 +43,7 @@ struct CacheRequest {
 };
 
 /// A cache as shaders read it (see cache.glsl): what to bind. Made from a `SnapshotView`, which has checked
-/// all bytes. Lamp rows and blur rows alike; any number of lights and of levels.
+/// all bytes. Lamp rows, with shaft rows or without, and blur rows alike; any number of lights and of levels.
 ///
 ///     CacheUpload upload{view};                                      // a SnapshotView of a cache
 ///     for (const UploadBuffer& buffer : upload.buffers())  ...       // create and bind them
@@ -57,8 +57,7 @@ public:
     /// Of the request buffer, counted from LIGHTMESH_CACHE_BINDING.
     static constexpr std::uint32_t requests_binding = 2;
 
-    /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh or has
-    /// `CacheSettings::shaft_rows`,
+    /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh,
     /// std::length_error if it is too large for 32-bit indices, and std::bad_alloc.
     explicit CacheUpload(const SnapshotView& view) : CacheUpload(reader_of(view)) {}
     /// A view that is about to vanish is a mistake.
@@ -123,10 +122,6 @@ private:
     static constexpr std::uint32_t lights_are_rectangles = 8;
 
     explicit CacheUpload(const detail::CacheReader& reader) : values_(std::as_bytes(reader.octets())) {
-        if (reader.settings().shaft_rows)
-            throw std::invalid_argument(
-                "lightmesh: the snapshot has CacheSettings::shaft_rows, which shaders do "
-                "not read");
         const std::size_t keys = reader.records().size() + reader.aliases().size();
         const std::size_t slots = std::bit_ceil(2 * keys + 2);
         std::size_t tiles = 0;
@@ -142,7 +137,8 @@ private:
             throw std::length_error("lightmesh: the cache is too large for a shader");
         words_.resize(size);
         const std::uint32_t finest = static_cast<std::uint32_t>(reader.lattice().finest_level()) |
-                                     (reader.settings().exact_edges ? 256u : 0u);
+                                     (reader.settings().exact_edges ? 256u : 0u) |
+                                     (reader.settings().shaft_rows ? 512u : 0u);
         words_[0] = {word(reader.lamps().size()), word(reader.lamps().tile_count()), word(slots - 1), finest};
         words_[1] = {word(slots_at), word(records_at), word(tiles_at), word(lights_at)};
         add_lattice(reader.lattice());
