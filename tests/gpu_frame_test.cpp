@@ -495,7 +495,7 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
 
     for (const std::string on : {"cpu", "gpu"})
         REQUIRE(test::run(folder, LIGHTMESH_RENDER
-                                      " picture rooms --width 24 --height 18 -a cache --shaft-rows --on " +
+                                      " picture rooms --width 24 --height 18 -a cache --no-shaft-rows --on " +
                                       on + " -o " + file((on + ".png").c_str()))
                     .status == 0);
     CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),

@@ -485,7 +485,7 @@ TEST_CASE("moving scenes: over its budget, a frame forgets what has gone unused 
         return std::span(world.points).subspan(frame % 10 * 100, 100);
     };
     lightmesh::Settings settings{.radius = 0.4f, .quality = 3.0f};
-    CacheSettings cache_settings{.spacing = 0.15f, .detail = 4, .lamp_rays = 16};
+    CacheSettings cache_settings{.spacing = 0.08f, .detail = 4, .lamp_rays = 16};
     const lightmesh::LightMesh expected_mesh{test::PlainTracer{&world.scene}, world.lights, settings};
     const VisibilityCache expected_cache{HitTracer{&world.scene}, world.lights, cache_settings};
     const auto watch = [&](auto& subject, const auto& expected, std::size_t budget, double slack) {
