@@ -92,7 +92,7 @@ public:
 private:
     static constexpr std::uint32_t all_four = 15;
 
-    /// As many points are asked about one tile of lights after another.
+    /// For so many points one tile of lights is found after the other.
     static constexpr std::size_t block_size = 256;
     /// Which lattice points a point sees: four bits for each level, and one that says that they are known.
     using SeenOfLevels = std::array<std::uint8_t, Lattice::level_count>;
@@ -106,8 +106,10 @@ private:
         std::size_t tile;  ///< of the row
         RowBytes row;
     };
+    /// On all levels together.
     static constexpr std::size_t cell_count = 64;
 
+    /// A brick in which neighbouring cells have records.
     struct NearBrick {
         RecordBrick* brick = nullptr;
     };
@@ -273,7 +275,7 @@ private:
                 if (lights == 0)
                     return;
             }
-            // What one point alone asks for is as fast to blend.
+            // For one point alone it is as fast to blend them.
             if (visit.is_flat && cell.is_shared && (lights & ~cell.compared) != 0)
                 cell.compare(lights, !is_probed ? 0 : blended.has_shafts ? 4 : 1);
             lights = kernels_.blend_level(blend_, lights, blended);
@@ -437,6 +439,7 @@ private:
     /// The place among those that were asked for last of one of a cell's records at its four lattice points,
     /// on a surface or in the air.
     NearColumn& near_place(const CacheCell& cell, std::size_t record) {
+        static_assert(CellValues::first_in_air == 4 && CellValues::centre == 8);
         const std::size_t k = record & 3u;
         const auto u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
         const auto v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
