@@ -229,6 +229,47 @@ TEST_CASE(
     CHECK(one.statistics().records > 100);
 }
 
+TEST_CASE("visibility cache: more lights than a tile cost points no more rays to lattice points") {
+    struct CountingTracer {
+        HitTracer tracer;
+        std::uint64_t* rays;
+
+        bool occluded(const Segment& segment) const {
+            ++*rays;
+            return tracer.occluded(segment);
+        }
+        std::optional<lightmesh::Hit> closest_hit(const Segment& segment) const {
+            return tracer.closest_hit(segment);
+        }
+    };
+    Work work = boxes(6, 60);
+    // More points than are looked at together.
+    std::vector<test::SurfacePoint> points;
+    while (points.size() < 300)
+        points.insert(points.end(), work.points.begin(), work.points.end());
+    const std::size_t few = work.lights.size();
+    std::vector<Light> lights;
+    while (lights.size() < 130)
+        lights.insert(lights.end(), work.lights.begin(), work.lights.end());
+    std::uint64_t rays = 0;
+    const CacheSettings settings{.spacing = 0.3f};
+    const VisibilityCache one{CountingTracer{{&work.scene}, &rays}, work.lights, settings};
+    const VisibilityCache many{CountingTracer{{&work.scene}, &rays}, lights, settings};
+    values_of(one, points);
+    values_of(many, points);
+    rays = 0;
+    const std::vector<float> expected = values_of(one, points);
+    const std::uint64_t rays_of_one = rays;
+    rays = 0;
+    const std::vector<float> all = values_of(many, points);
+    CHECK(rays_of_one > 0);
+    // Points between two facings have them again for each tile.
+    CHECK(rays < 2 * rays_of_one);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        for (std::size_t l = 0; l < lights.size(); ++l)
+            REQUIRE(all[i * lights.size() + l] == expected[i * few + l % few]);
+}
+
 TEST_CASE("visibility cache: shaft rows find the contact shadows of thin legs, in any order") {
     std::vector<test::Triangle> scene = floor_scene();
     std::vector<test::SurfacePoint> feet;

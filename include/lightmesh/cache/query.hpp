@@ -42,15 +42,22 @@ public:
         // Points outside the lattice are refused also where there is no light.
         for (std::size_t i = 0; i < count && lamps.tile_count() == 0; ++i)
             begin(point_at(i));
-        for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile)
-            for (std::size_t i = 0; i < count; ++i) {
-                const std::span<float> lit =
-                    rows.subspan(i * lamps.size() + tile * lamps_per_tile, lamps.tile_size(tile));
-                if (begin(point_at(i)))
-                    find(tile, ~std::uint64_t{0}, lit);
-                else
-                    std::fill(lit.begin(), lit.end(), std::numeric_limits<float>::quiet_NaN());
-            }
+        for (std::size_t first = 0; first < count; first += block_size) {
+            const std::size_t last = (std::min)(count, first + block_size);
+            if (lamps.tile_count() > 1)
+                std::fill_n(seen_of_points_.begin(), last - first, SeenOfLevels{});
+            for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile)
+                for (std::size_t i = first; i < last; ++i) {
+                    const std::span<float> lit =
+                        rows.subspan(i * lamps.size() + tile * lamps_per_tile, lamps.tile_size(tile));
+                    seen_of_levels_ = lamps.tile_count() > 1 ? &seen_of_points_[i - first] : nullptr;
+                    if (begin(point_at(i)))
+                        find(tile, ~std::uint64_t{0}, lit);
+                    else
+                        std::fill(lit.begin(), lit.end(), std::numeric_limits<float>::quiet_NaN());
+                }
+        }
+        seen_of_levels_ = nullptr;
     }
     /// The same for one point.
     void all(const SurfacePoint& point, std::span<float> lit) {
@@ -85,6 +92,12 @@ public:
 private:
     static constexpr std::uint32_t all_four = 15;
 
+    /// For so many points one tile of lights is found after the other.
+    static constexpr std::size_t block_size = 256;
+    /// Which lattice points a point sees: four bits for each level, and one that says that they are known.
+    using SeenOfLevels = std::array<std::uint8_t, Lattice::level_count>;
+    static constexpr std::uint32_t is_seen_known = 16;
+
     /// A record that neighbouring cells share, and what is known of its row.
     struct NearColumn {
         bool is_made = false;
@@ -93,8 +106,10 @@ private:
         std::size_t tile;  ///< of the row
         RowBytes row;
     };
+    /// On all levels together.
     static constexpr std::size_t cell_count = 64;
 
+    /// A brick in which neighbouring cells have records.
     struct NearBrick {
         RecordBrick* brick = nullptr;
     };
@@ -260,7 +275,7 @@ private:
                 if (lights == 0)
                     return;
             }
-            // What one point alone asks for is as fast to blend.
+            // For one point alone it is as fast to blend them.
             if (visit.is_flat && cell.is_shared && (lights & ~cell.compared) != 0)
                 cell.compare(lights, has_probes);
             lights = kernels_.blend_level(blend_, lights, blended);
@@ -424,6 +439,7 @@ private:
     /// The place among those that were asked for last of one of a cell's records at its four lattice points,
     /// on a surface or in the air.
     NearColumn& near_place(const CacheCell& cell, std::size_t record) {
+        static_assert(CellValues::first_in_air == 4 && CellValues::centre == 8);
         const std::size_t k = record & 3u;
         const auto u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
         const auto v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
@@ -479,7 +495,7 @@ private:
         const bool fits_all = fits[0] > 0 && fits[1] > 0 && fits[2] > 0 && fits[3] > 0;
         std::uint32_t seen = all_four;
         if (!fits_all || !cell.links.are_all_open() || suspect != 0)
-            seen = find_seen(suspect, cell, bilinear, level);
+            seen = seen_by_point(suspect, cell, bilinear, level);
         std::int32_t served = 0;
         for (std::size_t k = 0; k < 4; ++k) {
             if ((seen >> k & 1u) == 0)
@@ -534,6 +550,16 @@ private:
         taps.set(heaviest, taps.records[heaviest], taps.weights[heaviest] + rest);
     }
 
+    /// As below, but once for all tiles of lights.
+    std::uint32_t seen_by_point(std::uint32_t suspect, const CacheCell& cell,
+                                const std::array<std::int32_t, 4>& weights, int level) const {
+        if (seen_of_levels_ == nullptr || facings_.count != 1)
+            return find_seen(suspect, cell, weights, level);
+        std::uint8_t& kept = (*seen_of_levels_)[static_cast<std::size_t>(level)];
+        if (kept == 0)
+            kept = static_cast<std::uint8_t>(is_seen_known | find_seen(suspect, cell, weights, level));
+        return kept & all_four;
+    }
     /// Which lattice points the point sees, one bit for each: rays to them, the nearest first, until one is
     /// open; from there on over links. Those behind something that may lie before the point are seen by their
     /// own rays alone: near the edge of a sheet links lead around it.
@@ -603,6 +629,8 @@ private:
     WeightedFacings facings_;
     std::uint32_t visited_ = 0;  ///< one bit for each level
     TangentPlane tangent_;
+    SeenOfLevels* seen_of_levels_ = nullptr;  ///< the point's, or null
+    std::array<SeenOfLevels, block_size> seen_of_points_;
     LazyArray<Visit, Lattice::level_count> visits_;
     LazyArray<CacheCell, cell_count> cells_;                ///< by level modulo 8
     LazyArray<LazyArray<NearColumn, 64>, 8> near_columns_;  ///< by level modulo 4, and in the air

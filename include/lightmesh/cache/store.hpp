@@ -491,6 +491,9 @@ private:
 
     Column stand(const RecordEntry& entry, const Facing& facing) const {
         mark_used(*entry.brick);
+        // Its row is asked for a little later.
+        if (const std::uint32_t rows = entry.record->rows.load(std::memory_order_relaxed); rows != 0)
+            table_->pool().fetch_ahead(rows);
         return column_of(lattice_, entry.key, *entry.record, facing, true);
     }
 
