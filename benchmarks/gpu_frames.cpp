@@ -148,7 +148,7 @@ void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
 /// What a small picture sees.
 std::vector<lightmesh::SurfacePoint> points_to_fill(const demo::ComputeDevice& device,
                                                     const demo::EmbreeScene& scene) {
-    const bench::ShadingPoints points(scene, device.is_cpu() ? 32 : 960, device.is_cpu() ? 16 : 720);
+    const bench::ShadingPoints points(scene, device.is_cpu() ? 16 : 960, device.is_cpu() ? 16 : 720);
     std::vector<lightmesh::SurfacePoint> asked;
     for (std::size_t t = 0; t < points.tile_count(); ++t)
         for (std::size_t i = 0; i < points.tile(t).size(); ++i)
