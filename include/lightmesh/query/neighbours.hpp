@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
 #include <lightmesh/support/atomics.hpp>
@@ -33,8 +34,7 @@ struct BrickPoints {
 /// hemispheres of all points lie in it.
 class BrickWindow {
 public:
-    explicit BrickWindow(const MeshView& mesh)
-        : mesh_(mesh), side_(Hemisphere::largest_side(mesh.grid->quality()) + 3) {}
+    explicit BrickWindow(const Grid& grid) : side_(Hemisphere::largest_side(grid.quality()) + 3) {}
 
     /// Makes the window hold a box of bricks; returns whether it stayed where it was.
     bool cover(const glm::ivec3& first, const glm::ivec3& bricks) {
@@ -55,20 +55,18 @@ public:
         const glm::ivec3 p = coord - first_;
         return static_cast<std::uint32_t>(p.x + side_ * (p.y + side_ * p.z));
     }
-
-    /// The brick of these coordinates: what find(mesh, coord) returns, which is asked once.
-    template <class Find>
-    const Brick* find(std::uint32_t slot, const glm::ivec3& coord, Find&& find) {
-        const Brick*& known = slots_[slot];
-        if (known == nullptr)
-            known = find(mesh_, coord);
-        return known;
+    /// How many slots a brick of a box lies after the first of the box.
+    std::uint32_t slots_to(const BrickMask& brick) const {
+        const auto side = static_cast<std::uint32_t>(side_);
+        return brick.x + side * (brick.y + side * brick.z);
     }
+
+    /// The brick in a slot; null until somebody has looked it up, and put it there.
+    const Brick*& brick_in(std::uint32_t slot) { return slots_[slot]; }
 
 private:
     static constexpr int largest_side = Hemisphere::max_bricks_per_axis + 3;
 
-    const MeshView& mesh_;
     int side_;
     bool is_placed_ = false;
     glm::ivec3 first_{0};
@@ -81,6 +79,9 @@ public:
     Neighbours() = default;
     /// `entries` has room for more than `size`: `size` says how much is taken.
     Neighbours(BrickPoints* entries, std::size_t size) : entries_(entries), size_(size) { count_points(); }
+    /// The same where the number of light points is known.
+    Neighbours(BrickPoints* entries, std::size_t size, int point_count)
+        : entries_(entries), size_(size), point_count_(point_count) {}
 
     std::span<const BrickPoints> entries() const { return {entries_, size_}; }
 

@@ -32,20 +32,17 @@ inline std::size_t find_changes(std::span<const BrickPoints> before, std::span<c
     std::size_t size = 0;
     std::size_t b = 0;
     std::size_t a = 0;
+    // Without branches: which of the sets has the next brick is as good as random.
     while (b < before.size() && a < after.size()) {
-        if (before[b].slot == after[a].slot) {
-            const std::uint64_t common = before[b].points & after[a].points;
-            changes[size] = {after[a].brick, after[a].points ^ common, before[b].points ^ common};
-            size += before[b].points != after[a].points ? 1u : 0u;
-            ++b;
-            ++a;
-        } else if (before[b].slot < after[a].slot) {
-            changes[size++] = {before[b].brick, 0, before[b].points};
-            ++b;
-        } else {
-            changes[size++] = {after[a].brick, after[a].points, 0};
-            ++a;
-        }
+        const bool is_in_before = before[b].slot <= after[a].slot;
+        const bool is_in_after = after[a].slot <= before[b].slot;
+        const std::uint64_t old_points = before[b].points & (0 - std::uint64_t{is_in_before});
+        const std::uint64_t new_points = after[a].points & (0 - std::uint64_t{is_in_after});
+        const std::array<const Brick*, 2> bricks{before[b].brick, after[a].brick};
+        changes[size] = {bricks[is_in_after ? 1 : 0], new_points & ~old_points, old_points & ~new_points};
+        size += old_points != new_points ? 1u : 0u;
+        b += is_in_before ? 1u : 0u;
+        a += is_in_after ? 1u : 0u;
     }
     for (; b < before.size(); ++b)
         changes[size++] = {before[b].brick, 0, before[b].points};
@@ -64,10 +61,21 @@ public:
     /// Lights of unknown groups get numbers that mean nothing.
     const std::uint16_t* counts() const { return counts_.data(); }
 
-    void start_anew() { counts_.fill(0); }
+    void start_anew() {
+        counts_.fill(0);
+        added_.clear();
+        removed_.clear();
+        missing_ = 0;
+    }
 
-    void add(const Brick& brick, std::uint64_t points) { gather(brick, points, added_); }
-    void remove(const Brick& brick, std::uint64_t points) { gather(brick, points, removed_); }
+    /// `groups` has a bit for each group of lights whose counts are wanted: see `knows_all`.
+    void add(const Brick& brick, std::uint64_t points, std::uint32_t groups) {
+        gather(brick, points, groups, added_);
+    }
+    void remove(const Brick& brick, std::uint64_t points) { gather(brick, points, 0, removed_); }
+
+    /// Whether all that was wanted of what was added is known; else `start_anew` must come next.
+    bool knows_all() const { return missing_ == 0; }
 
     /// Must be called before the counts are read.
     void finish() {
@@ -84,16 +92,42 @@ private:
         std::array<WordPoints, capacity + cells_per_brick + 1> words;
         std::size_t row_count = 0;
         std::size_t word_count = 0;
+
+        void clear() {
+            row_count = 0;
+            word_count = 0;
+        }
     };
 
-    void gather(const Brick& brick, std::uint64_t points, Cells& cells) {
+    /// A tile that was looked up.
+    struct KnownTile {
+        const Brick* brick = nullptr;
+        const BrickTile* tile = nullptr;
+    };
+
+    const BrickTile* find_tile(const Brick& brick) {
+        KnownTile& known = known_tiles_[reinterpret_cast<std::uintptr_t>(&brick) / 16 % known_tiles_.size()];
+        if (known.brick != &brick) {
+            const BrickTile* const tile = mesh_.find_tile(brick, tile_);
+            if (tile == nullptr)
+                return nullptr;
+            known = {&brick, tile};
+        }
+        return known.tile;
+    }
+
+    void gather(const Brick& brick, std::uint64_t points, std::uint32_t groups, Cells& cells) {
         if (points == 0)
             return;
-        const BrickTile* tile = mesh_.find_tile(brick, tile_);
-        if (tile == nullptr)
+        const std::uint64_t units = cells_in(points) & every_byte;
+        const BrickTile* tile = find_tile(brick);
+        if (tile == nullptr) {
+            missing_ |= groups;
             return;
+        }
+        missing_ |= units * groups & ~load_acquire(tile->known);
         std::uint64_t uniform = 0;  // light points of cells that hold nothing of their own
-        for (std::uint64_t rest = cells_in(points) & every_byte; rest != 0; rest &= rest - 1) {
+        for (std::uint64_t rest = units; rest != 0; rest &= rest - 1) {
             const int first = std::countr_zero(rest);
             const CellIndex at{load_acquire(tile->cells[static_cast<std::size_t>(first / 8)])};
             if (at.is_nothing()) {
@@ -120,13 +154,14 @@ private:
             kernels_.add_rows(cells.rows.data(), cells.row_count, subtract, counts_.data());
         if (cells.word_count != 0)
             kernels_.add_words(cells.words.data(), cells.word_count, subtract, counts_.data());
-        cells.row_count = 0;
-        cells.word_count = 0;
+        cells.clear();
     }
 
     const MeshView& mesh_;
     const Kernels& kernels_;
     std::size_t tile_;
+    std::uint64_t missing_ = 0;  ///< units that are wanted but not known
+    std::array<KnownTile, 64> known_tiles_{};
     alignas(64) std::array<std::uint16_t, lights_per_tile> counts_{};
     Cells added_;
     Cells removed_;

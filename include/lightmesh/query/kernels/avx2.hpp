@@ -10,6 +10,7 @@
 #include <immintrin.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -17,66 +18,97 @@
 
 namespace lightmesh::detail::avx2 {
 
-// The lanes are the light points of a cell: lane l is (l % 2, l / 2 % 2, l / 4).
-LIGHTMESH_AVX2 inline __m128i two(const std::int32_t* entries) {
-    return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(entries));
-}
-LIGHTMESH_AVX2 inline __m256i along_x(const std::int32_t* entries) {
-    return _mm256_broadcastq_epi64(two(entries));
-}
-LIGHTMESH_AVX2 inline __m256i along_y(const std::int32_t* entries) {
-    return _mm256_permutevar8x32_epi32(_mm256_castsi128_si256(two(entries)),
-                                       _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1));
-}
-LIGHTMESH_AVX2 inline __m256i along_z(const std::int32_t* entries) {
-    return _mm256_permutevar8x32_epi32(_mm256_castsi128_si256(two(entries)),
-                                       _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1));
-}
-
-LIGHTMESH_AVX2 inline void fill_block(std::int32_t first, std::int32_t step, std::int32_t slope,
-                                      std::int32_t* square, std::int32_t* height) {
+LIGHTMESH_AVX2 inline void fill_points(const AxisDistances& distances, int first, std::int32_t* square,
+                                       std::int32_t* height) {
+    const __m256i number =
+        _mm256_add_epi32(_mm256_set1_epi32(first), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
     const __m256i distance = _mm256_add_epi32(
-        _mm256_set1_epi32(first),
-        _mm256_mullo_epi32(_mm256_set1_epi32(step), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)));
+        _mm256_set1_epi32(distances.first), _mm256_sll_epi32(number, _mm_cvtsi32_si128(distances.step_bits)));
     _mm256_store_si256(reinterpret_cast<__m256i*>(square), _mm256_mullo_epi32(distance, distance));
     _mm256_store_si256(reinterpret_cast<__m256i*>(height),
-                       _mm256_mullo_epi32(distance, _mm256_set1_epi32(slope)));
+                       _mm256_mullo_epi32(distance, _mm256_set1_epi32(distances.slope)));
+}
+
+LIGHTMESH_AVX2 inline void fill_bricks(const AxisDistances& distances, int first, int,
+                                       std::int32_t* least_square, std::int32_t* greatest_height) {
+    const __m256i number =
+        _mm256_add_epi32(_mm256_set1_epi32(4 * first), _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
+    const __m256i low = _mm256_add_epi32(_mm256_set1_epi32(distances.first),
+                                         _mm256_sll_epi32(number, _mm_cvtsi32_si128(distances.step_bits)));
+    const std::int32_t side = 3 * (1 << distances.step_bits);
+    const __m256i past_high = _mm256_sub_epi32(_mm256_set1_epi32(-side), low);
+    const __m256i gap = _mm256_max_epi32(_mm256_max_epi32(low, past_high), _mm256_setzero_si256());
+    _mm256_store_si256(reinterpret_cast<__m256i*>(least_square), _mm256_mullo_epi32(gap, gap));
+    const __m256i height = _mm256_mullo_epi32(low, _mm256_set1_epi32(distances.slope));
+    _mm256_store_si256(reinterpret_cast<__m256i*>(greatest_height),
+                       _mm256_add_epi32(height, _mm256_set1_epi32((std::max)(side * distances.slope, 0))));
+}
+
+LIGHTMESH_AVX2 inline std::uint32_t find_touched(const Hemisphere& hemisphere, const AxisTables& tables,
+                                                 std::int32_t square, std::int32_t height) {
+    std::uint32_t touched = 0;
+    for (int first = 0; first < hemisphere.bricks.x; first += 8) {
+        const __m256i squares = _mm256_add_epi32(
+            _mm256_load_si256(reinterpret_cast<const __m256i*>(tables.least_square[0] + first)),
+            _mm256_set1_epi32(square));
+        const __m256i heights = _mm256_add_epi32(
+            _mm256_load_si256(reinterpret_cast<const __m256i*>(tables.greatest_height[0] + first)),
+            _mm256_set1_epi32(height));
+        const __m256i inside =
+            _mm256_and_si256(_mm256_cmpgt_epi32(_mm256_set1_epi32(hemisphere.radius_squared), squares),
+                             _mm256_cmpgt_epi32(heights, _mm256_set1_epi32(hemisphere.lowest_height)));
+        touched |= static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps(inside))) << first;
+    }
+    return touched & ((1u << hemisphere.bricks.x) - 1);
+}
+
+// The lanes are 2x4 light points of one z: lane l is (l % 2, l / 2).
+LIGHTMESH_AVX2 inline __m256i along_x(const std::int32_t* entries) {
+    return _mm256_broadcastq_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(entries)));
+}
+LIGHTMESH_AVX2 inline __m256i along_y(const std::int32_t* entries) {
+    const __m128i four = _mm_load_si128(reinterpret_cast<const __m128i*>(entries));
+    return _mm256_permutevar8x32_epi32(_mm256_castsi128_si256(four),
+                                       _mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3));
 }
 
 LIGHTMESH_AVX2 inline void row_masks(const AxisEntries& square, const AxisEntries& height,
-                                     std::int32_t radius_squared, std::int32_t lowest_height, int bricks,
+                                     const Hemisphere& hemisphere, std::uint32_t touched,
                                      std::uint64_t* masks) {
-    // What y and z leave for x, in the four pairs of cells that a brick has over (y, z).
+    // What y and z leave for x.
     __m256i square_left[4];
     __m256i height_left[4];
-    for (int yz = 0; yz < 4; ++yz) {
-        const int y = 2 * (yz % 2);
-        const int z = 2 * (yz / 2);
-        square_left[yz] =
-            _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(radius_squared), along_y(square[1] + y)),
-                             along_z(square[2] + z));
-        height_left[yz] =
-            _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(lowest_height), along_y(height[1] + y)),
-                             along_z(height[2] + z));
+    const __m256i radius = _mm256_sub_epi32(_mm256_set1_epi32(hemisphere.radius_squared), along_y(square[1]));
+    const __m256i lowest = _mm256_sub_epi32(_mm256_set1_epi32(hemisphere.lowest_height), along_y(height[1]));
+    for (int z = 0; z < 4; ++z) {
+        square_left[z] = _mm256_sub_epi32(radius, _mm256_set1_epi32(square[2][z]));
+        height_left[z] = _mm256_sub_epi32(lowest, _mm256_set1_epi32(height[2][z]));
     }
-    for (int b = 0; b < bricks; ++b) {
-        std::uint64_t mask = 0;
+    for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
+        const int b = std::countr_zero(rest);
+        __m256i inside[2][4];
         for (int x = 0; x < 2; ++x) {
             const __m256i square_x = along_x(square[0] + 4 * b + 2 * x);
             const __m256i height_x = along_x(height[0] + 4 * b + 2 * x);
-            for (int yz = 0; yz < 4; ++yz) {
-                const __m256i inside = _mm256_and_si256(_mm256_cmpgt_epi32(square_left[yz], square_x),
-                                                        _mm256_cmpgt_epi32(height_x, height_left[yz]));
-                const auto cell = static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps(inside)));
-                mask |= static_cast<std::uint64_t>(cell) << (8 * (2 * yz + x));
-            }
+            for (int z = 0; z < 4; ++z)
+                inside[x][z] = _mm256_and_si256(_mm256_cmpgt_epi32(square_left[z], square_x),
+                                                _mm256_cmpgt_epi32(height_x, height_left[z]));
+        }
+        // Packed, the bytes of each 128 bits are those of two cells.
+        std::uint64_t mask = 0;
+        for (int half = 0; half < 2; ++half) {
+            const __m256i cells =
+                _mm256_packs_epi16(_mm256_packs_epi32(inside[0][2 * half], inside[0][2 * half + 1]),
+                                   _mm256_packs_epi32(inside[1][2 * half], inside[1][2 * half + 1]));
+            mask |= static_cast<std::uint64_t>(static_cast<std::uint32_t>(_mm256_movemask_epi8(cells)))
+                    << (32 * half);
         }
         masks[b] = mask;
     }
 }
 
 LIGHTMESH_AVX2 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, fill_block, row_masks);
+    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, find_touched, row_masks);
 }
 
 /// In floats; in doubles only where rounding might decide.
