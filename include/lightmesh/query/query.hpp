@@ -381,6 +381,7 @@ private:
                     point.differs_little && counted == &point - 1 && (groups & ~counted_groups) == 0;
                 if (!(is_near ? add_changes(tally, point, groups) : add_all(tally, point, groups))) {
                     resolve();
+                    tally.forget();
                     add_all(tally, point, groups);
                 }
                 tally.finish();

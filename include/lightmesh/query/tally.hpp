@@ -74,8 +74,11 @@ public:
     }
     void remove(const Brick& brick, std::uint64_t points) { gather(brick, points, 0, removed_); }
 
-    /// Whether all that was wanted of what was added is known; else `start_anew` must come next.
+    /// Whether all that was wanted of what was added was known when it was looked up; else `forget` and
+    /// `start_anew` must come next.
     bool knows_all() const { return missing_ == 0; }
+    /// Looks all up again.
+    void forget() { bricks_.fill(nullptr); }
 
     /// Must be called before the counts are read.
     void finish() {
@@ -99,51 +102,77 @@ private:
         }
     };
 
-    /// A tile that was looked up.
-    struct KnownTile {
-        const Brick* brick = nullptr;
-        const BrickTile* tile = nullptr;
+    /// A brick whose tile was looked up. Masks have one bit a cell, at its first light point.
+    struct KnownBrick {
+        const BrickTile* tile;
+        std::uint64_t units;      ///< `BrickTile::known` before any of its cells was looked up
+        std::uint64_t looked_up;  ///< cells
+        std::uint64_t in_rows;    ///< of these those kept in a `CellRow`
+        std::uint64_t in_words;   ///< and those kept in words; the others hold nothing of their own
+        std::array<const void*, cells_per_brick> cells;
     };
 
-    const BrickTile* find_tile(const Brick& brick) {
-        KnownTile& known = known_tiles_[reinterpret_cast<std::uintptr_t>(&brick) / 16 % known_tiles_.size()];
-        if (known.brick != &brick) {
+    /// Null if nothing of the tile is known.
+    KnownBrick* find(const Brick& brick) {
+        const std::size_t at = reinterpret_cast<std::uintptr_t>(&brick) / 16 % known_.size();
+        KnownBrick& known = known_[at];
+        if (bricks_[at] != &brick) {
             const BrickTile* const tile = mesh_.find_tile(brick, tile_);
             if (tile == nullptr)
                 return nullptr;
-            known = {&brick, tile};
+            bricks_[at] = &brick;
+            known.tile = tile;
+            known.units = load_acquire(tile->known);
+            known.looked_up = known.in_rows = known.in_words = 0;
         }
-        return known.tile;
+        return &known;
+    }
+
+    void look_up(KnownBrick& known, std::uint64_t cells) const {
+        known.looked_up |= cells;
+        for (std::uint64_t rest = cells; rest != 0; rest &= rest - 1) {
+            const auto cell = static_cast<std::size_t>(std::countr_zero(rest) / 8);
+            const CellIndex at{load_acquire(known.tile->cells[cell])};
+            if (at.is_nothing())
+                continue;
+            if (at.is_words()) {
+                known.in_words |= rest & (~rest + 1);
+                known.cells[cell] = &mesh_.words[at.index()];
+            } else {
+                known.in_rows |= rest & (~rest + 1);
+                known.cells[cell] = mesh_.rows[at.index()].bytes.data();
+            }
+        }
     }
 
     void gather(const Brick& brick, std::uint64_t points, std::uint32_t groups, Cells& cells) {
         if (points == 0)
             return;
         const std::uint64_t units = cells_in(points) & every_byte;
-        const BrickTile* tile = find_tile(brick);
-        if (tile == nullptr) {
+        KnownBrick* const known = find(brick);
+        if (known == nullptr) {
             missing_ |= groups;
             return;
         }
-        missing_ |= units * groups & ~load_acquire(tile->known);
-        std::uint64_t uniform = 0;  // light points of cells that hold nothing of their own
-        for (std::uint64_t rest = units; rest != 0; rest &= rest - 1) {
+        missing_ |= units * groups & ~known->units;
+        if (const std::uint64_t fresh = units & ~known->looked_up; fresh != 0)
+            look_up(*known, fresh);
+        for (std::uint64_t rest = units & known->in_rows; rest != 0; rest &= rest - 1) {
             const int first = std::countr_zero(rest);
-            const CellIndex at{load_acquire(tile->cells[static_cast<std::size_t>(first / 8)])};
-            if (at.is_nothing()) {
-                uniform |= points & std::uint64_t{0xff} << first;
-                continue;
-            }
-            const auto in_cell = static_cast<std::uint8_t>(points >> first);
-            if (at.is_words()) {
-                const std::uint64_t* record = &mesh_.words[at.index()];
-                cells.words[cells.word_count++] = {record[0], record[1] != 0 ? record + 1 : nullptr, in_cell,
-                                                   static_cast<std::uint8_t>(popcount(in_cell))};
-            } else {
-                cells.rows[cells.row_count++] = {mesh_.rows[at.index()].bytes.data(), in_cell};
-            }
+            cells.rows[cells.row_count++] = {
+                static_cast<const std::uint8_t*>(known->cells[static_cast<std::size_t>(first / 8)]),
+                static_cast<std::uint8_t>(points >> first)};
         }
-        if (const std::uint64_t lit = load_relaxed(tile->lit); uniform != 0 && lit != 0)
+        for (std::uint64_t rest = units & known->in_words; rest != 0; rest &= rest - 1) {
+            const int first = std::countr_zero(rest);
+            const auto* record =
+                static_cast<const std::uint64_t*>(known->cells[static_cast<std::size_t>(first / 8)]);
+            const auto in_cell = static_cast<std::uint8_t>(points >> first);
+            cells.words[cells.word_count++] = {record[0], record[1] != 0 ? record + 1 : nullptr, in_cell,
+                                               static_cast<std::uint8_t>(popcount(in_cell))};
+        }
+        const std::uint64_t uniform = points & ~((known->in_rows | known->in_words) * 0xff);
+        if (const std::uint64_t lit = load_relaxed(known->tile->lit); uniform != 0 && lit != 0)
             cells.words[cells.word_count++] = {lit, nullptr, 0, static_cast<std::uint8_t>(popcount(uniform))};
         if (cells.row_count > capacity || cells.word_count > capacity)
             flush(cells, &cells == &removed_);
@@ -160,8 +189,9 @@ private:
     const MeshView& mesh_;
     const Kernels& kernels_;
     std::size_t tile_;
-    std::uint64_t missing_ = 0;  ///< units that are wanted but not known
-    std::array<KnownTile, 64> known_tiles_{};
+    std::uint64_t missing_ = 0;              ///< units that are wanted but not known
+    std::array<const Brick*, 64> bricks_{};  ///< of `known_`, or null
+    std::array<KnownBrick, 64> known_;
     alignas(64) std::array<std::uint16_t, lights_per_tile> counts_{};
     Cells added_;
     Cells removed_;
