@@ -10,6 +10,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -33,7 +34,11 @@ struct BrickPoints {
 /// The bricks around the points of a block, each looked up once. A window stays where it is as long as the
 /// hemispheres of all points lie in it.
 class BrickWindow {
+    static constexpr int largest_side = Hemisphere::max_bricks_per_axis + 3;
+
 public:
+    static constexpr std::size_t most_slots = largest_side * largest_side * largest_side;
+
     explicit BrickWindow(const Grid& grid) : side_(Hemisphere::largest_side(grid.quality()) + 3) {}
 
     /// Makes the window hold a box of bricks; returns whether it stayed where it was.
@@ -45,12 +50,17 @@ public:
             return true;
         is_placed_ = true;
         first_ = first - (side_ - bricks) / 2;
-        const auto size = static_cast<std::size_t>(side_ * side_ * side_);
-        for (std::size_t i = 0; i < size; ++i)
-            slots_[i] = nullptr;
+        std::fill_n(slots_.begin(), size(), nullptr);
         return false;
     }
 
+    /// How many slots it has.
+    std::size_t size() const { return static_cast<std::size_t>(side_ * side_ * side_); }
+
+    bool contains(const glm::ivec3& coord) const {
+        const glm::ivec3 p = coord - first_;
+        return p.x >= 0 && p.x < side_ && p.y >= 0 && p.y < side_ && p.z >= 0 && p.z < side_;
+    }
     std::uint32_t slot_of(const glm::ivec3& coord) const {
         const glm::ivec3 p = coord - first_;
         return static_cast<std::uint32_t>(p.x + side_ * (p.y + side_ * p.z));
@@ -65,12 +75,10 @@ public:
     const Brick*& brick_in(std::uint32_t slot) { return slots_[slot]; }
 
 private:
-    static constexpr int largest_side = Hemisphere::max_bricks_per_axis + 3;
-
     int side_;
     bool is_placed_ = false;
     glm::ivec3 first_{0};
-    std::array<const Brick*, static_cast<std::size_t>(largest_side* largest_side* largest_side)> slots_;
+    std::array<const Brick*, most_slots> slots_;
 };
 
 /// An interpolation set D of equation (2), brick by brick, in memory of the caller's.

@@ -233,10 +233,23 @@ private:
             waiting_count = 0;
             for (std::size_t k = 0; k < size; ++k) {
                 QueryPoint& point = points_[waiting[k]];
-                if (hit[k] != 0 || !(point.is_uniform || link_to_seed(filler_, mesh_, point)))
+                if (hit[k] != 0 || !(point.is_uniform || link_to_seed(point)))
                     waiting[waiting_count++] = waiting[k];
             }
         }
+    }
+
+    /// As `link_reached`.
+    bool link_to_seed(QueryPoint& point) {
+        // What was looked up in other windows is gone.
+        if (point.window != window_count_)
+            return detail::link_to_seed(filler_, mesh_, point);
+        if (!flood_.is_of(point.seed, point.window)) {
+            const std::uint32_t flood = filler_.flood_of(mesh_, *point.seed_entry->brick, point.seed);
+            flood_.unpack(FloodView(&mesh_.words[flood - 1]), point.seed, grid().quality(), window_,
+                          point.window);
+        }
+        return link_reached(point, [this](const BrickPoints& entry) { return flood_.in_slot(entry.slot); });
     }
 
     /// For each point how its set differs from that of the point before, if that is little.
@@ -507,6 +520,7 @@ private:
     MeshView mesh_;
     const Kernels& kernels_;
     BrickWindow window_;
+    WindowFlood flood_;
     QueryStatistics* statistics_;
     UnitTable* listed_ = nullptr;  ///< null: what is missing is found
     std::span<float> all_;

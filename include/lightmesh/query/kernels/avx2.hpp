@@ -72,43 +72,47 @@ LIGHTMESH_AVX2 inline __m256i along_y(const std::int32_t* entries) {
                                        _mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3));
 }
 
-LIGHTMESH_AVX2 inline void row_masks(const AxisEntries& square, const AxisEntries& height,
-                                     const Hemisphere& hemisphere, std::uint32_t touched,
-                                     std::uint64_t* masks) {
-    // What y and z leave for x.
-    __m256i square_left[4];
-    __m256i height_left[4];
-    const __m256i radius = _mm256_sub_epi32(_mm256_set1_epi32(hemisphere.radius_squared), along_y(square[1]));
-    const __m256i lowest = _mm256_sub_epi32(_mm256_set1_epi32(hemisphere.lowest_height), along_y(height[1]));
-    for (int z = 0; z < 4; ++z) {
-        square_left[z] = _mm256_sub_epi32(radius, _mm256_set1_epi32(square[2][z]));
-        height_left[z] = _mm256_sub_epi32(lowest, _mm256_set1_epi32(height[2][z]));
-    }
-    for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
-        const int b = std::countr_zero(rest);
-        __m256i inside[2][4];
-        for (int x = 0; x < 2; ++x) {
-            const __m256i square_x = along_x(square[0] + 4 * b + 2 * x);
-            const __m256i height_x = along_x(height[0] + 4 * b + 2 * x);
-            for (int z = 0; z < 4; ++z)
-                inside[x][z] = _mm256_and_si256(_mm256_cmpgt_epi32(square_left[z], square_x),
-                                                _mm256_cmpgt_epi32(height_x, height_left[z]));
+struct RowMasks {
+    template <class Give>
+    LIGHTMESH_AVX2 void operator()(const AxisEntries& square, const AxisEntries& height,
+                                   const Hemisphere& hemisphere, std::uint32_t touched, Give&& give) const {
+        // What y and z leave for x.
+        __m256i square_left[4];
+        __m256i height_left[4];
+        const __m256i radius =
+            _mm256_sub_epi32(_mm256_set1_epi32(hemisphere.radius_squared), along_y(square[1]));
+        const __m256i lowest =
+            _mm256_sub_epi32(_mm256_set1_epi32(hemisphere.lowest_height), along_y(height[1]));
+        for (int z = 0; z < 4; ++z) {
+            square_left[z] = _mm256_sub_epi32(radius, _mm256_set1_epi32(square[2][z]));
+            height_left[z] = _mm256_sub_epi32(lowest, _mm256_set1_epi32(height[2][z]));
         }
-        // Packed, the bytes of each 128 bits are those of two cells.
-        std::uint64_t mask = 0;
-        for (int half = 0; half < 2; ++half) {
-            const __m256i cells =
-                _mm256_packs_epi16(_mm256_packs_epi32(inside[0][2 * half], inside[0][2 * half + 1]),
-                                   _mm256_packs_epi32(inside[1][2 * half], inside[1][2 * half + 1]));
-            mask |= static_cast<std::uint64_t>(static_cast<std::uint32_t>(_mm256_movemask_epi8(cells)))
-                    << (32 * half);
+        for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
+            const int b = std::countr_zero(rest);
+            __m256i inside[2][4];
+            for (int x = 0; x < 2; ++x) {
+                const __m256i square_x = along_x(square[0] + 4 * b + 2 * x);
+                const __m256i height_x = along_x(height[0] + 4 * b + 2 * x);
+                for (int z = 0; z < 4; ++z)
+                    inside[x][z] = _mm256_and_si256(_mm256_cmpgt_epi32(square_left[z], square_x),
+                                                    _mm256_cmpgt_epi32(height_x, height_left[z]));
+            }
+            // Packed, the bytes of each 128 bits are those of two cells.
+            std::uint64_t mask = 0;
+            for (int half = 0; half < 2; ++half) {
+                const __m256i cells =
+                    _mm256_packs_epi16(_mm256_packs_epi32(inside[0][2 * half], inside[0][2 * half + 1]),
+                                       _mm256_packs_epi32(inside[1][2 * half], inside[1][2 * half + 1]));
+                mask |= static_cast<std::uint64_t>(static_cast<std::uint32_t>(_mm256_movemask_epi8(cells)))
+                        << (32 * half);
+            }
+            give(b, mask);
         }
-        masks[b] = mask;
     }
-}
+};
 
 LIGHTMESH_AVX2 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, find_touched, row_masks);
+    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, find_touched, RowMasks{});
 }
 
 /// One bit for each of 64 lanes, from the masks of eight vectors.

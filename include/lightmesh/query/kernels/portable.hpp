@@ -90,27 +90,30 @@ inline std::uint32_t find_touched(const Hemisphere& hemisphere, const AxisTables
     }
     return touched;
 }
-inline void row_masks(const AxisEntries& square, const AxisEntries& height, const Hemisphere& hemisphere,
-                      std::uint32_t touched, std::uint64_t* masks) {
-    // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
-    CellEntries square_left[4];
-    CellEntries height_left[4];
-    for (int yz = 0; yz < 4; ++yz) {
-        for (int point = 0; point < 8; ++point) {
-            const int y = 2 * (yz % 2) + point / 2 % 2;
-            const int z = 2 * (yz / 2) + point / 4;
-            square_left[yz][point] = hemisphere.radius_squared - square[1][y] - square[2][z];
-            height_left[yz][point] = hemisphere.lowest_height - height[1][y] - height[2][z];
+struct RowMasks {
+    template <class Give>
+    void operator()(const AxisEntries& square, const AxisEntries& height, const Hemisphere& hemisphere,
+                    std::uint32_t touched, Give&& give) const {
+        // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
+        CellEntries square_left[4];
+        CellEntries height_left[4];
+        for (int yz = 0; yz < 4; ++yz) {
+            for (int point = 0; point < 8; ++point) {
+                const int y = 2 * (yz % 2) + point / 2 % 2;
+                const int z = 2 * (yz / 2) + point / 4;
+                square_left[yz][point] = hemisphere.radius_squared - square[1][y] - square[2][z];
+                height_left[yz][point] = hemisphere.lowest_height - height[1][y] - height[2][z];
+            }
+        }
+        for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
+            const int b = std::countr_zero(rest);
+            give(b, brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left));
         }
     }
-    for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
-        const int b = std::countr_zero(rest);
-        masks[b] = brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left);
-    }
-}
+};
 
 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, find_touched, row_masks);
+    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, find_touched, RowMasks{});
 }
 
 inline std::uint64_t find_facing(const LightColumns& lights, const glm::vec3& point,

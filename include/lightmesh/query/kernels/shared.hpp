@@ -68,8 +68,8 @@ LIGHTMESH_PART_OF_KERNEL void fill_tables(const Hemisphere& hemisphere, AxisTabl
 /// distance is less than its `radius_squared` and whose height is greater than its `lowest_height`.
 /// find_touched(hemisphere, tables, square, height) returns one bit for each brick of a row that may have
 /// some: given the parts of y and z in the least squares and greatest heights of its bricks.
-/// row_masks(square, height, hemisphere, touched, masks) sets masks[b] of these bricks. The entries for x are
-/// those of the whole row, those for y and z those of its bricks.
+/// row_masks(square, height, hemisphere, touched, give) calls give(b, light points) for these bricks. The
+/// entries for x are those of the whole row, those for y and z those of its bricks.
 template <class FillPoints, class FillBricks, class FindTouched, class RowMasks>
 LIGHTMESH_PART_OF_KERNEL std::size_t find_masks_by_rows(const Hemisphere& around, BrickMask* masks,
                                                         FillPoints&& fill_points, FillBricks&& fill_bricks,
@@ -87,16 +87,13 @@ LIGHTMESH_PART_OF_KERNEL std::size_t find_masks_by_rows(const Hemisphere& around
                              tables.greatest_height[2][z] + tables.greatest_height[1][y]);
             if (touched == 0)
                 continue;
-            std::uint64_t row[Hemisphere::max_bricks_per_axis];
             row_masks(AxisEntries{tables.square[0], &tables.square[1][4 * y], &tables.square[2][4 * z]},
                       AxisEntries{tables.height[0], &tables.height[1][4 * y], &tables.height[2][4 * z]},
-                      hemisphere, touched, row);
-            for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
-                const int x = std::countr_zero(rest);
-                masks[size] = {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
-                               static_cast<std::uint8_t>(z), row[x]};
-                size += row[x] != 0 ? 1u : 0u;
-            }
+                      hemisphere, touched, [&](int x, std::uint64_t points) {
+                          masks[size] = {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                                         static_cast<std::uint8_t>(z), points};
+                          size += points != 0 ? 1u : 0u;
+                      });
         }
     }
     return size;
