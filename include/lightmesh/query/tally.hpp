@@ -29,26 +29,27 @@ struct BrickChange {
 /// the order of slots. Returns how many there are.
 inline std::size_t find_changes(std::span<const BrickPoints> before, std::span<const BrickPoints> after,
                                 BrickChange* changes) {
-    std::size_t size = 0;
-    std::size_t b = 0;
-    std::size_t a = 0;
+    const BrickPoints* b = before.data();
+    const BrickPoints* const end_b = b + before.size();
+    const BrickPoints* a = after.data();
+    const BrickPoints* const end_a = a + after.size();
+    BrickChange* change = changes;
     // Without branches: which of the sets has the next brick is as good as random.
-    while (b < before.size() && a < after.size()) {
-        const bool is_in_before = before[b].slot <= after[a].slot;
-        const bool is_in_after = after[a].slot <= before[b].slot;
-        const std::uint64_t old_points = before[b].points & (0 - std::uint64_t{is_in_before});
-        const std::uint64_t new_points = after[a].points & (0 - std::uint64_t{is_in_after});
-        const std::array<const Brick*, 2> bricks{before[b].brick, after[a].brick};
-        changes[size] = {bricks[is_in_after ? 1 : 0], new_points & ~old_points, old_points & ~new_points};
-        size += old_points != new_points ? 1u : 0u;
-        b += is_in_before ? 1u : 0u;
-        a += is_in_after ? 1u : 0u;
+    while (b != end_b && a != end_a) {
+        const bool is_in_before = b->slot <= a->slot;
+        const bool is_in_after = a->slot <= b->slot;
+        const std::uint64_t old_points = b->points & (0 - std::uint64_t{is_in_before});
+        const std::uint64_t new_points = a->points & (0 - std::uint64_t{is_in_after});
+        *change = {(is_in_after ? a : b)->brick, new_points & ~old_points, old_points & ~new_points};
+        change += old_points != new_points ? 1 : 0;
+        b += is_in_before ? 1 : 0;
+        a += is_in_after ? 1 : 0;
     }
-    for (; b < before.size(); ++b)
-        changes[size++] = {before[b].brick, 0, before[b].points};
-    for (; a < after.size(); ++a)
-        changes[size++] = {after[a].brick, after[a].points, 0};
-    return size;
+    for (; b != end_b; ++b)
+        *change++ = {b->brick, 0, b->points};
+    for (; a != end_a; ++a)
+        *change++ = {a->brick, a->points, 0};
+    return static_cast<std::size_t>(change - changes);
 }
 
 /// For each light of a tile the number of light points of a set that see it. A set that differs little from
@@ -157,16 +158,16 @@ private:
         missing_ |= units * groups & ~known->units;
         if (const std::uint64_t fresh = units & ~known->looked_up; fresh != 0)
             look_up(*known, fresh);
+        RowPoints* row = cells.rows.data() + cells.row_count;
         for (std::uint64_t rest = units & known->in_rows; rest != 0; rest &= rest - 1) {
-            const int first = std::countr_zero(rest);
-            cells.rows[cells.row_count++] = {
-                static_cast<const std::uint8_t*>(known->cells[static_cast<std::size_t>(first / 8)]),
-                static_cast<std::uint8_t>(points >> first)};
+            const auto first = static_cast<unsigned>(std::countr_zero(rest));
+            *row++ = {static_cast<const std::uint8_t*>(known->cells[first / 8]),
+                      static_cast<std::uint8_t>(points >> first)};
         }
+        cells.row_count = static_cast<std::size_t>(row - cells.rows.data());
         for (std::uint64_t rest = units & known->in_words; rest != 0; rest &= rest - 1) {
-            const int first = std::countr_zero(rest);
-            const auto* record =
-                static_cast<const std::uint64_t*>(known->cells[static_cast<std::size_t>(first / 8)]);
+            const auto first = static_cast<unsigned>(std::countr_zero(rest));
+            const auto* record = static_cast<const std::uint64_t*>(known->cells[first / 8]);
             const auto in_cell = static_cast<std::uint8_t>(points >> first);
             cells.words[cells.word_count++] = {record[0], record[1] != 0 ? record + 1 : nullptr, in_cell,
                                                static_cast<std::uint8_t>(popcount(in_cell))};
