@@ -44,24 +44,6 @@ LIGHTMESH_AVX2 inline void fill_bricks(const AxisDistances& distances, int first
                        _mm256_add_epi32(height, _mm256_set1_epi32((std::max)(side * distances.slope, 0))));
 }
 
-LIGHTMESH_AVX2 inline std::uint32_t find_touched(const Hemisphere& hemisphere, const AxisTables& tables,
-                                                 std::int32_t square, std::int32_t height) {
-    std::uint32_t touched = 0;
-    for (int first = 0; first < hemisphere.bricks.x; first += 8) {
-        const __m256i squares = _mm256_add_epi32(
-            _mm256_load_si256(reinterpret_cast<const __m256i*>(tables.least_square[0] + first)),
-            _mm256_set1_epi32(square));
-        const __m256i heights = _mm256_add_epi32(
-            _mm256_load_si256(reinterpret_cast<const __m256i*>(tables.greatest_height[0] + first)),
-            _mm256_set1_epi32(height));
-        const __m256i inside =
-            _mm256_and_si256(_mm256_cmpgt_epi32(_mm256_set1_epi32(hemisphere.radius_squared), squares),
-                             _mm256_cmpgt_epi32(heights, _mm256_set1_epi32(hemisphere.lowest_height)));
-        touched |= static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps(inside))) << first;
-    }
-    return touched & ((1u << hemisphere.bricks.x) - 1);
-}
-
 // The lanes are 2x4 light points of one z: lane l is (l % 2, l / 2).
 LIGHTMESH_AVX2 inline __m256i along_x(const std::int32_t* entries) {
     return _mm256_broadcastq_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(entries)));
@@ -75,7 +57,7 @@ LIGHTMESH_AVX2 inline __m256i along_y(const std::int32_t* entries) {
 struct RowMasks {
     template <class Give>
     LIGHTMESH_AVX2 void operator()(const AxisEntries& square, const AxisEntries& height,
-                                   const Hemisphere& hemisphere, std::uint32_t touched, Give&& give) const {
+                                   const Hemisphere& hemisphere, Give&& give) const {
         // What y and z leave for x.
         __m256i square_left[4];
         __m256i height_left[4];
@@ -87,8 +69,7 @@ struct RowMasks {
             square_left[z] = _mm256_sub_epi32(radius, _mm256_set1_epi32(square[2][z]));
             height_left[z] = _mm256_sub_epi32(lowest, _mm256_set1_epi32(height[2][z]));
         }
-        for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
-            const int b = std::countr_zero(rest);
+        for (int b = 0; b < hemisphere.bricks.x; ++b) {
             __m256i inside[2][4];
             for (int x = 0; x < 2; ++x) {
                 const __m256i square_x = along_x(square[0] + 4 * b + 2 * x);
@@ -112,7 +93,7 @@ struct RowMasks {
 };
 
 LIGHTMESH_AVX2 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, find_touched, RowMasks{});
+    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, RowMasks{});
 }
 
 /// One bit for each of 64 lanes, from the masks of eight vectors.

@@ -44,7 +44,7 @@ LIGHTMESH_AVX512 inline __m512i along_z(const std::int32_t* entries) {
 struct RowMasks {
     template <class Give>
     LIGHTMESH_AVX512 void operator()(const AxisEntries& square, const AxisEntries& height,
-                                     const Hemisphere& hemisphere, std::uint32_t touched, Give&& give) const {
+                                     const Hemisphere& hemisphere, Give&& give) const {
         // What y and z leave for x, in the four pairs of cells that a brick has over (y, z).
         __m512i square_left[4];
         __m512i height_left[4];
@@ -58,8 +58,7 @@ struct RowMasks {
                 height_left[2 * z + y] = _mm512_sub_epi32(lowest, along_y(height[1] + 2 * y));
             }
         }
-        for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
-            const int b = std::countr_zero(rest);
+        for (int b = 0; b < hemisphere.bricks.x; ++b) {
             const __m512i square_x = along_x(square[0] + 4 * b);
             const __m512i height_x = along_x(height[0] + 4 * b);
             __mmask16 inside[4];
@@ -74,8 +73,7 @@ struct RowMasks {
 };
 
 LIGHTMESH_AVX512 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, avx2::fill_points, avx2::fill_bricks, avx2::find_touched,
-                              RowMasks{});
+    return find_masks_by_rows(hemisphere, masks, avx2::fill_points, avx2::fill_bricks, RowMasks{});
 }
 
 /// A byte of the sums holds at most 255, and a cell adds at most 8.

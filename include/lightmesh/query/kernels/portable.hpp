@@ -80,20 +80,10 @@ inline void fill_bricks(const AxisDistances& distances, int first, int count, st
 }
 
 /// As `find_masks_by_rows` asks for.
-inline std::uint32_t find_touched(const Hemisphere& hemisphere, const AxisTables& tables, std::int32_t square,
-                                  std::int32_t height) {
-    std::uint32_t touched = 0;
-    for (int b = 0; b < hemisphere.bricks.x; ++b) {
-        const bool in_ball = tables.least_square[0][b] + square < hemisphere.radius_squared;
-        const bool above = tables.greatest_height[0][b] + height > hemisphere.lowest_height;
-        touched |= (in_ball & above) ? 1u << b : 0u;
-    }
-    return touched;
-}
 struct RowMasks {
     template <class Give>
     void operator()(const AxisEntries& square, const AxisEntries& height, const Hemisphere& hemisphere,
-                    std::uint32_t touched, Give&& give) const {
+                    Give&& give) const {
         // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
         CellEntries square_left[4];
         CellEntries height_left[4];
@@ -105,15 +95,13 @@ struct RowMasks {
                 height_left[yz][point] = hemisphere.lowest_height - height[1][y] - height[2][z];
             }
         }
-        for (std::uint32_t rest = touched; rest != 0; rest &= rest - 1) {
-            const int b = std::countr_zero(rest);
+        for (int b = 0; b < hemisphere.bricks.x; ++b)
             give(b, brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left));
-        }
     }
 };
 
 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, find_touched, RowMasks{});
+    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, RowMasks{});
 }
 
 inline std::uint64_t find_facing(const LightColumns& lights, const glm::vec3& point,

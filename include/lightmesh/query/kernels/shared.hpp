@@ -66,30 +66,32 @@ LIGHTMESH_PART_OF_KERNEL void fill_tables(const Hemisphere& hemisphere, AxisTabl
 
 /// `Kernels::find_masks`, row by row of bricks along x. Light points belong to the hemisphere whose squared
 /// distance is less than its `radius_squared` and whose height is greater than its `lowest_height`.
-/// find_touched(hemisphere, tables, square, height) returns one bit for each brick of a row that may have
-/// some: given the parts of y and z in the least squares and greatest heights of its bricks.
-/// row_masks(square, height, hemisphere, touched, give) calls give(b, light points) for these bricks. The
+/// row_masks(square, height, hemisphere, give) calls give(x, light points) for all bricks of a row. The
 /// entries for x are those of the whole row, those for y and z those of its bricks.
-template <class FillPoints, class FillBricks, class FindTouched, class RowMasks>
+template <class FillPoints, class FillBricks, class RowMasks>
 LIGHTMESH_PART_OF_KERNEL std::size_t find_masks_by_rows(const Hemisphere& around, BrickMask* masks,
                                                         FillPoints&& fill_points, FillBricks&& fill_bricks,
-                                                        FindTouched&& find_touched, RowMasks&& row_masks) {
+                                                        RowMasks&& row_masks) {
     // A copy, which no pointer leads to: its numbers stay in registers.
     const Hemisphere hemisphere = around;
     AxisTables tables;
     fill_tables(hemisphere, tables, fill_points, fill_bricks);
-    std::size_t size = 0;
     const glm::ivec3 bricks = hemisphere.bricks;
+    std::int32_t greatest_height_x = tables.greatest_height[0][0];
+    for (int x = 1; x < bricks.x; ++x)
+        greatest_height_x = (std::max)(greatest_height_x, tables.greatest_height[0][x]);
+    std::size_t size = 0;
     for (int z = 0; z < bricks.z; ++z) {
         for (int y = 0; y < bricks.y; ++y) {
-            const std::uint32_t touched =
-                find_touched(hemisphere, tables, tables.least_square[2][z] + tables.least_square[1][y],
-                             tables.greatest_height[2][z] + tables.greatest_height[1][y]);
-            if (touched == 0)
+            // Only whole rows are left out: where bricks are is as good as random, and a wrong guess of the
+            // processor takes longer than a brick's masks.
+            if (tables.least_square[2][z] + tables.least_square[1][y] >= hemisphere.radius_squared ||
+                tables.greatest_height[2][z] + tables.greatest_height[1][y] + greatest_height_x <=
+                    hemisphere.lowest_height)
                 continue;
             row_masks(AxisEntries{tables.square[0], &tables.square[1][4 * y], &tables.square[2][4 * z]},
                       AxisEntries{tables.height[0], &tables.height[1][4 * y], &tables.height[2][4 * z]},
-                      hemisphere, touched, [&](int x, std::uint64_t points) {
+                      hemisphere, [&](int x, std::uint64_t points) {
                           masks[size] = {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
                                          static_cast<std::uint8_t>(z), points};
                           size += points != 0 ? 1u : 0u;
