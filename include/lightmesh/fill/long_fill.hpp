@@ -5,6 +5,7 @@
 #include <lightmesh/fill/long_test.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/mesh_data.hpp>
+#include <lightmesh/support/room_for.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -38,12 +39,12 @@ public:
         }
         if (size_ == capacity)
             return false;
-        entries_[size_++] = {&brick, tile, units};
+        entries_.make(size_++, MissingUnits{&brick, tile, units});
         table_[at] = static_cast<std::uint16_t>(size_);
         return true;
     }
 
-    std::span<const MissingUnits> entries() const { return std::span(entries_).first(size_); }
+    std::span<const MissingUnits> entries() const { return {entries_.data(), size_}; }
 
     void clear() {
         if (size_ != 0)
@@ -53,7 +54,7 @@ public:
 
 private:
     std::size_t size_ = 0;
-    std::array<MissingUnits, capacity> entries_;
+    RoomFor<MissingUnits, capacity> entries_;
     std::array<std::uint16_t, 2 * capacity> table_{};
 };
 

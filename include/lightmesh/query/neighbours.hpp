@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
 #include <lightmesh/support/atomics.hpp>
@@ -9,6 +10,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -32,9 +34,12 @@ struct BrickPoints {
 /// The bricks around the points of a block, each looked up once. A window stays where it is as long as the
 /// hemispheres of all points lie in it.
 class BrickWindow {
+    static constexpr int largest_side = Hemisphere::max_bricks_per_axis + 3;
+
 public:
-    explicit BrickWindow(const MeshView& mesh)
-        : mesh_(mesh), side_(Hemisphere::largest_side(mesh.grid->quality()) + 3) {}
+    static constexpr std::size_t most_slots = largest_side * largest_side * largest_side;
+
+    explicit BrickWindow(const Grid& grid) : side_(Hemisphere::largest_side(grid.quality()) + 3) {}
 
     /// Makes the window hold a box of bricks; returns whether it stayed where it was.
     bool cover(const glm::ivec3& first, const glm::ivec3& bricks) {
@@ -45,34 +50,35 @@ public:
             return true;
         is_placed_ = true;
         first_ = first - (side_ - bricks) / 2;
-        const auto size = static_cast<std::size_t>(side_ * side_ * side_);
-        for (std::size_t i = 0; i < size; ++i)
-            slots_[i] = nullptr;
+        std::fill_n(slots_.begin(), size(), nullptr);
         return false;
     }
 
+    /// How many slots it has.
+    std::size_t size() const { return static_cast<std::size_t>(side_ * side_ * side_); }
+
+    bool contains(const glm::ivec3& coord) const {
+        const glm::ivec3 p = coord - first_;
+        return p.x >= 0 && p.x < side_ && p.y >= 0 && p.y < side_ && p.z >= 0 && p.z < side_;
+    }
     std::uint32_t slot_of(const glm::ivec3& coord) const {
         const glm::ivec3 p = coord - first_;
         return static_cast<std::uint32_t>(p.x + side_ * (p.y + side_ * p.z));
     }
-
-    /// The brick of these coordinates: what find(mesh, coord) returns, which is asked once.
-    template <class Find>
-    const Brick* find(std::uint32_t slot, const glm::ivec3& coord, Find&& find) {
-        const Brick*& known = slots_[slot];
-        if (known == nullptr)
-            known = find(mesh_, coord);
-        return known;
+    /// How many slots a brick of a box lies after the first of the box.
+    std::uint32_t slots_to(const BrickMask& brick) const {
+        const auto side = static_cast<std::uint32_t>(side_);
+        return brick.x + side * (brick.y + side * brick.z);
     }
 
-private:
-    static constexpr int largest_side = Hemisphere::max_bricks_per_axis + 3;
+    /// The brick in a slot; null until somebody has looked it up, and put it there.
+    const Brick*& brick_in(std::uint32_t slot) { return slots_[slot]; }
 
-    const MeshView& mesh_;
+private:
     int side_;
     bool is_placed_ = false;
     glm::ivec3 first_{0};
-    std::array<const Brick*, static_cast<std::size_t>(largest_side* largest_side* largest_side)> slots_;
+    std::array<const Brick*, most_slots> slots_;
 };
 
 /// An interpolation set D of equation (2), brick by brick, in memory of the caller's.
@@ -81,6 +87,9 @@ public:
     Neighbours() = default;
     /// `entries` has room for more than `size`: `size` says how much is taken.
     Neighbours(BrickPoints* entries, std::size_t size) : entries_(entries), size_(size) { count_points(); }
+    /// The same where the number of light points is known.
+    Neighbours(BrickPoints* entries, std::size_t size, int point_count)
+        : entries_(entries), size_(size), point_count_(point_count) {}
 
     std::span<const BrickPoints> entries() const { return {entries_, size_}; }
 

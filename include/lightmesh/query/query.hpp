@@ -48,14 +48,17 @@ class BlockQuery {
 public:
     /// `statistics`, which may be null, has all added but the number of points.
     BlockQuery(const Filler& filler, QueryStatistics* statistics)
-        : filler_(filler), mesh_(filler.data().view()), kernels_(kernels()), window_(mesh_),
+        : filler_(filler), mesh_(filler.data().view()), kernels_(kernels()), window_(grid()),
           statistics_(statistics) {}
 
     /// As `LightMesh::visibility` for many points; `all` holds all their rows.
     void run(const PointBatch& batch, std::span<float> all) {
         all_ = all;
         for (std::size_t done = 0; done < batch.size();) {
-            done += resolve_block(batch, done);
+            done += prepare_block(batch, done);
+            // What is blended into a row cannot be taken back if something missing cannot be found.
+            if (!batch.shares.empty())
+                resolve();
             count();
             if (short_test() == ShortTest::exact)
                 test_all_neighbours();
@@ -65,8 +68,10 @@ public:
     /// Finds and stores all that `run` would need for these points, but for what `ShortTest::exact` asks of
     /// each point alone.
     void fill(const PointBatch& batch) {
-        for (std::size_t done = 0; done < batch.size();)
-            done += resolve_block(batch, done);
+        for (std::size_t done = 0; done < batch.size();) {
+            done += prepare_block(batch, done);
+            resolve();
+        }
     }
 
     /// The same, but long tests are listed instead of found.
@@ -114,16 +119,14 @@ private:
         return find_reaching(lights(), kernels_, tile, point.position, point.normal);
     }
 
-    /// Takes a block of points as `start_block` does, and makes sure that all that counting it needs is
-    /// known.
-    std::size_t resolve_block(const PointBatch& batch, std::size_t first) {
+    /// Takes a block of points as `start_block` does, and finds all that counting them needs but long tests.
+    std::size_t prepare_block(const PointBatch& batch, std::size_t first) {
         const std::size_t taken = start_block(batch, first);
         if (short_test() == ShortTest::linked) {
             find_uniform_points();
             find_linked_neighbours();
         }
         find_all_changes();
-        resolve();
         return taken;
     }
 
@@ -180,16 +183,18 @@ private:
         if (!window_.cover(hemisphere.first_brick, hemisphere.bricks))
             ++window_count_;
         point.window = window_count_;
+        const std::uint32_t first_slot = window_.slot_of(hemisphere.first_brick);
+        int point_count = 0;
         for (std::size_t i = 0; i < size; ++i) {
-            const glm::ivec3 coord = hemisphere.first_brick + glm::ivec3(masks[i].x, masks[i].y, masks[i].z);
-            const std::uint32_t slot = window_.slot_of(coord);
-            const Brick* brick =
-                window_.find(slot, coord, [this](const MeshView& mesh, const glm::ivec3& at) {
-                    return filler_.use_brick(mesh, at);
-                });
+            const std::uint32_t slot = first_slot + window_.slots_to(masks[i]);
+            const Brick*& brick = window_.brick_in(slot);
+            if (brick == nullptr) [[unlikely]]
+                brick = filler_.use_brick(mesh_, hemisphere.first_brick +
+                                                     glm::ivec3(masks[i].x, masks[i].y, masks[i].z));
             entries[i] = {brick, masks[i].points, slot, 0};
+            point_count += popcount(masks[i].points);
         }
-        point.neighbours = Neighbours(entries, size);
+        point.neighbours = Neighbours(entries, size, point_count);
         return size;
     }
 
@@ -228,10 +233,23 @@ private:
             waiting_count = 0;
             for (std::size_t k = 0; k < size; ++k) {
                 QueryPoint& point = points_[waiting[k]];
-                if (hit[k] != 0 || !(point.is_uniform || link_to_seed(filler_, mesh_, point)))
+                if (hit[k] != 0 || !(point.is_uniform || link_to_seed(point)))
                     waiting[waiting_count++] = waiting[k];
             }
         }
+    }
+
+    /// As `link_reached`.
+    bool link_to_seed(QueryPoint& point) {
+        // What was looked up in other windows is gone.
+        if (point.window != window_count_)
+            return detail::link_to_seed(filler_, mesh_, point);
+        if (!flood_.is_of(point.seed, point.window)) {
+            const std::uint32_t flood = filler_.flood_of(mesh_, *point.seed_entry->brick, point.seed);
+            flood_.unpack(FloodView(&mesh_.words[flood - 1]), point.seed, grid().quality(), window_,
+                          point.window);
+        }
+        return link_reached(point, [this](const BrickPoints& entry) { return flood_.in_slot(entry.slot); });
     }
 
     /// For each point how its set differs from that of the point before, if that is little.
@@ -334,8 +352,24 @@ private:
                 }
     }
 
-    /// Equation (3) for all points. Purely: nothing is traced but the shadow rays of points without
-    /// neighbours.
+    /// Adds up what differs from the point before. Returns whether all of it is known.
+    bool add_changes(Tally& tally, const QueryPoint& point, std::uint32_t groups) const {
+        for (const BrickChange& change : changes_of(point)) {
+            tally.add(*change.brick, change.added, groups);
+            tally.remove(*change.brick, change.removed);
+        }
+        return tally.knows_all();
+    }
+    /// Adds up all neighbours anew. Returns whether all that is needed of them is known.
+    static bool add_all(Tally& tally, const QueryPoint& point, std::uint32_t groups) {
+        tally.start_anew();
+        for (const BrickPoints& entry : point.neighbours.entries())
+            tally.add(*entry.brick, entry.points, groups);
+        return tally.knows_all();
+    }
+
+    /// Equation (3) for all points. Where long tests turn out to be missing, those of the whole block are
+    /// found first; beside these nothing is traced but the shadow rays of points without neighbours.
     void count() {
         for (std::size_t t = 0; t < lights().tile_count(); ++t) {
             Tally tally(mesh_, kernels_, t);
@@ -356,15 +390,12 @@ private:
                     give_uniform(point, t, lit);
                     continue;
                 }
-                if (point.differs_little && counted == &point - 1 && (groups & ~counted_groups) == 0) {
-                    for (const BrickChange& change : changes_of(point)) {
-                        tally.add(*change.brick, change.added);
-                        tally.remove(*change.brick, change.removed);
-                    }
-                } else {
-                    tally.start_anew();
-                    for (const BrickPoints& entry : point.neighbours.entries())
-                        tally.add(*entry.brick, entry.points);
+                const bool is_near =
+                    point.differs_little && counted == &point - 1 && (groups & ~counted_groups) == 0;
+                if (!(is_near ? add_changes(tally, point, groups) : add_all(tally, point, groups))) {
+                    resolve();
+                    tally.forget();
+                    add_all(tally, point, groups);
                 }
                 tally.finish();
                 counted = &point;
@@ -388,10 +419,18 @@ private:
 
     void divide(QueryPoint& point, std::size_t tile, const Tally& tally, std::uint64_t lit) {
         alignas(64) std::array<float, lights_per_tile> values;
-        point.lights_agree &=
-            kernels_.divide(tally.counts(), point.neighbours.point_count(), lit, values.data());
-        if (!awaits_rays(point))
+        float* const place = whole_tile_of(point, tile);
+        point.lights_agree &= kernels_.divide(tally.counts(), point.neighbours.point_count(), lit,
+                                              place != nullptr ? place : values.data());
+        if (place == nullptr && !awaits_rays(point))
             give(point, tile, values.data());
+    }
+
+    /// Where the values of a tile's 64 slots stand side by side in the point's row; null if they do not.
+    float* whole_tile_of(const QueryPoint& point, std::size_t tile) const {
+        const bool is_whole = point.share == 1.0f && lights().order().is_given() &&
+                              (tile + 1) * lights_per_tile <= lights().size();
+        return is_whole ? row(point).data() + tile * lights_per_tile : nullptr;
     }
 
     /// What is blended into a row cannot be taken back: then exact short tests come first.
@@ -446,8 +485,7 @@ private:
                     continue;
                 }
                 Tally tally(mesh_, kernels_, t);
-                for (const BrickPoints& entry : point.neighbours.entries())
-                    tally.add(*entry.brick, entry.points);
+                add_all(tally, point, 0);
                 tally.finish();
                 divide(point, t, tally, lit);
             }
@@ -482,6 +520,7 @@ private:
     MeshView mesh_;
     const Kernels& kernels_;
     BrickWindow window_;
+    WindowFlood flood_;
     QueryStatistics* statistics_;
     UnitTable* listed_ = nullptr;  ///< null: what is missing is found
     std::span<float> all_;

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -32,15 +32,15 @@ public:
     /// magnitudes of the point's components.
     static int exponent_in_front(float largest_component_of_point, double step) {
         const double rounding = static_cast<double>(largest_component_of_point) * 0x1p-20 / step;
-        int exponent;
-        static_cast<void>(std::frexp(0x1p-8 + rounding, &exponent));
-        return exponent;
+        // As std::frexp, which is a call.
+        return static_cast<int>(std::bit_cast<std::uint64_t>(0x1p-8 + rounding) >> 52) - 1022;
     }
 
     SeedCandidates(const Grid& grid, const glm::dvec3& grid_pos, const glm::vec3& point,
                    const glm::vec3& unit_normal) {
         // A power of two, so that its products are exact.
-        const double in_front = std::ldexp(1.0, exponent_in_front(largest_component(point), grid.step()));
+        const int exponent = exponent_in_front(largest_component(point), grid.step());
+        const auto in_front = std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
         const glm::dvec3 pos = grid_pos + in_front * glm::dvec3(unit_normal);
         low_ = {floor_to_int(pos.x), floor_to_int(pos.y), floor_to_int(pos.z)};
         const glm::ivec3 fraction{floor_to_int((pos.x - low_.x) * 1024.0),

@@ -13,6 +13,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -24,23 +25,79 @@
 namespace lightmesh::detail {
 
 /// The linked short test: adds the neighbours that the flood of a seed reaches, which the point is known to
-/// see. Returns true if that is enough: two thirds of the hemisphere. Else the seed may lie in a hollow that
-/// P sees through a crack, and further ones are tried; what is reached from any of them counts.
+/// see: reach(entry) returns them. Returns true if that is enough: two thirds of the hemisphere. Else the
+/// seed may lie in a hollow that P sees through a crack, and further ones are tried; what is reached from any
+/// of them counts.
+template <class Reach>
+bool link_reached(QueryPoint& point, Reach&& reach) {
+    point.linked_count = point.neighbours.link(reach);
+    if (3 * point.linked_count < 2 * point.neighbours.point_count())
+        return false;
+    point.neighbours.keep_linked();
+    return true;
+}
+
+/// The same for a point alone.
 template <class Filler>
 bool link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point) {
     const std::uint32_t flood = filler.flood_of(mesh, *point.seed_entry->brick, point.seed);
     const FloodView reached(&mesh.words[flood - 1]);
     const FloodBox box(point.seed, mesh.grid->quality());
     const std::size_t slots = FloodBox::slots(mesh.grid->quality());
-    point.linked_count = point.neighbours.link([&](const BrickPoints& entry) {
+    return link_reached(point, [&](const BrickPoints& entry) {
         const glm::ivec3 coord = entry.brick->position();
         return box.contains(coord) ? reached.in_slot(box.slot(coord), slots) : std::uint64_t{0};
     });
-    if (3 * point.linked_count < 2 * point.neighbours.point_count())
-        return false;
-    point.neighbours.keep_linked();
-    return true;
 }
+
+/// What a seed's flood reaches of the bricks of a `BrickWindow`. The points of a block have few seeds: each
+/// is unpacked for many of them.
+class WindowFlood {
+public:
+    /// Whether it is that of a seed, and of a window by its number.
+    bool is_of(const glm::ivec3& seed, std::uint32_t window) const {
+        return is_there_ && seed == seed_ && window == window_;
+    }
+
+    void unpack(const FloodView& flood, const glm::ivec3& seed, float quality, const BrickWindow& window,
+                std::uint32_t window_number) {
+        is_there_ = true;
+        seed_ = seed;
+        window_ = window_number;
+        const FloodBox box(seed, quality);
+        const std::size_t words = FloodView::bit_words(FloodBox::slots(quality));
+        std::fill_n(reached_.begin(), window.size(), 0);
+        const auto side = static_cast<std::size_t>(box.side);
+        const std::uint64_t* full = flood.words() + 1;
+        const std::uint64_t* partial = full + words;
+        const std::uint64_t* masks = partial + words;
+        glm::ivec3 coord = box.first;
+        std::size_t row = 0;  // the first slot of coord's row along x
+        for (std::size_t w = 0; w < words; ++w)
+            for (std::uint64_t rest = full[w] | partial[w]; rest != 0; rest &= rest - 1) {
+                const std::size_t slot = 64 * w + static_cast<std::size_t>(std::countr_zero(rest));
+                for (; slot >= row + side; row += side)
+                    if (++coord.y == box.first.y + box.side) {
+                        coord.y = box.first.y;
+                        ++coord.z;
+                    }
+                coord.x = box.first.x + static_cast<int>(slot - row);
+                const bool is_partial = (partial[w] & rest & (~rest + 1)) != 0;
+                if (window.contains(coord))
+                    reached_[window.slot_of(coord)] = is_partial ? *masks : ~std::uint64_t{0};
+                masks += is_partial ? 1 : 0;
+            }
+    }
+
+    /// The light points that are reached in a slot of the window.
+    std::uint64_t in_slot(std::uint32_t slot) const { return reached_[slot]; }
+
+private:
+    bool is_there_ = false;
+    glm::ivec3 seed_{0};
+    std::uint32_t window_ = 0;
+    std::array<std::uint64_t, BrickWindow::most_slots> reached_;
+};
 
 /// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
 template <Intersector Tracer>

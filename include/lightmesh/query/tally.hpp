@@ -29,29 +29,27 @@ struct BrickChange {
 /// the order of slots. Returns how many there are.
 inline std::size_t find_changes(std::span<const BrickPoints> before, std::span<const BrickPoints> after,
                                 BrickChange* changes) {
-    std::size_t size = 0;
-    std::size_t b = 0;
-    std::size_t a = 0;
-    while (b < before.size() && a < after.size()) {
-        if (before[b].slot == after[a].slot) {
-            const std::uint64_t common = before[b].points & after[a].points;
-            changes[size] = {after[a].brick, after[a].points ^ common, before[b].points ^ common};
-            size += before[b].points != after[a].points ? 1u : 0u;
-            ++b;
-            ++a;
-        } else if (before[b].slot < after[a].slot) {
-            changes[size++] = {before[b].brick, 0, before[b].points};
-            ++b;
-        } else {
-            changes[size++] = {after[a].brick, after[a].points, 0};
-            ++a;
-        }
+    const BrickPoints* b = before.data();
+    const BrickPoints* const end_b = b + before.size();
+    const BrickPoints* a = after.data();
+    const BrickPoints* const end_a = a + after.size();
+    BrickChange* change = changes;
+    // Without branches: which of the sets has the next brick is as good as random.
+    while (b != end_b && a != end_a) {
+        const bool is_in_before = b->slot <= a->slot;
+        const bool is_in_after = a->slot <= b->slot;
+        const std::uint64_t old_points = b->points & (0 - std::uint64_t{is_in_before});
+        const std::uint64_t new_points = a->points & (0 - std::uint64_t{is_in_after});
+        *change = {(is_in_after ? a : b)->brick, new_points & ~old_points, old_points & ~new_points};
+        change += old_points != new_points ? 1 : 0;
+        b += is_in_before ? 1 : 0;
+        a += is_in_after ? 1 : 0;
     }
-    for (; b < before.size(); ++b)
-        changes[size++] = {before[b].brick, 0, before[b].points};
-    for (; a < after.size(); ++a)
-        changes[size++] = {after[a].brick, after[a].points, 0};
-    return size;
+    for (; b != end_b; ++b)
+        *change++ = {b->brick, 0, b->points};
+    for (; a != end_a; ++a)
+        *change++ = {a->brick, a->points, 0};
+    return static_cast<std::size_t>(change - changes);
 }
 
 /// For each light of a tile the number of light points of a set that see it. A set that differs little from
@@ -64,10 +62,24 @@ public:
     /// Lights of unknown groups get numbers that mean nothing.
     const std::uint16_t* counts() const { return counts_.data(); }
 
-    void start_anew() { counts_.fill(0); }
+    void start_anew() {
+        counts_.fill(0);
+        added_.clear();
+        removed_.clear();
+        missing_ = 0;
+    }
 
-    void add(const Brick& brick, std::uint64_t points) { gather(brick, points, added_); }
-    void remove(const Brick& brick, std::uint64_t points) { gather(brick, points, removed_); }
+    /// `groups` has a bit for each group of lights whose counts are wanted: see `knows_all`.
+    void add(const Brick& brick, std::uint64_t points, std::uint32_t groups) {
+        gather(brick, points, groups, added_);
+    }
+    void remove(const Brick& brick, std::uint64_t points) { gather(brick, points, 0, removed_); }
+
+    /// Whether all that was wanted of what was added was known when it was looked up; else `forget` and
+    /// `start_anew` must come next.
+    bool knows_all() const { return missing_ == 0; }
+    /// Looks all up again.
+    void forget() { bricks_.fill(nullptr); }
 
     /// Must be called before the counts are read.
     void finish() {
@@ -84,32 +96,84 @@ private:
         std::array<WordPoints, capacity + cells_per_brick + 1> words;
         std::size_t row_count = 0;
         std::size_t word_count = 0;
+
+        void clear() {
+            row_count = 0;
+            word_count = 0;
+        }
     };
 
-    void gather(const Brick& brick, std::uint64_t points, Cells& cells) {
-        if (points == 0)
-            return;
-        const BrickTile* tile = mesh_.find_tile(brick, tile_);
-        if (tile == nullptr)
-            return;
-        std::uint64_t uniform = 0;  // light points of cells that hold nothing of their own
-        for (std::uint64_t rest = cells_in(points) & every_byte; rest != 0; rest &= rest - 1) {
-            const int first = std::countr_zero(rest);
-            const CellIndex at{load_acquire(tile->cells[static_cast<std::size_t>(first / 8)])};
-            if (at.is_nothing()) {
-                uniform |= points & std::uint64_t{0xff} << first;
+    /// A brick whose tile was looked up. Masks have one bit a cell, at its first light point.
+    struct KnownBrick {
+        const BrickTile* tile;
+        std::uint64_t units;      ///< `BrickTile::known` before any of its cells was looked up
+        std::uint64_t looked_up;  ///< cells
+        std::uint64_t in_rows;    ///< of these those kept in a `CellRow`
+        std::uint64_t in_words;   ///< and those kept in words; the others hold nothing of their own
+        std::array<const void*, cells_per_brick> cells;
+    };
+
+    /// Null if nothing of the tile is known.
+    KnownBrick* find(const Brick& brick) {
+        const std::size_t at = reinterpret_cast<std::uintptr_t>(&brick) / 16 % known_.size();
+        KnownBrick& known = known_[at];
+        if (bricks_[at] != &brick) {
+            const BrickTile* const tile = mesh_.find_tile(brick, tile_);
+            if (tile == nullptr)
+                return nullptr;
+            bricks_[at] = &brick;
+            known.tile = tile;
+            known.units = load_acquire(tile->known);
+            known.looked_up = known.in_rows = known.in_words = 0;
+        }
+        return &known;
+    }
+
+    void look_up(KnownBrick& known, std::uint64_t cells) const {
+        known.looked_up |= cells;
+        for (std::uint64_t rest = cells; rest != 0; rest &= rest - 1) {
+            const auto cell = static_cast<std::size_t>(std::countr_zero(rest) / 8);
+            const CellIndex at{load_acquire(known.tile->cells[cell])};
+            if (at.is_nothing())
                 continue;
-            }
-            const auto in_cell = static_cast<std::uint8_t>(points >> first);
             if (at.is_words()) {
-                const std::uint64_t* record = &mesh_.words[at.index()];
-                cells.words[cells.word_count++] = {record[0], record[1] != 0 ? record + 1 : nullptr, in_cell,
-                                                   static_cast<std::uint8_t>(popcount(in_cell))};
+                known.in_words |= rest & (~rest + 1);
+                known.cells[cell] = &mesh_.words[at.index()];
             } else {
-                cells.rows[cells.row_count++] = {mesh_.rows[at.index()].bytes.data(), in_cell};
+                known.in_rows |= rest & (~rest + 1);
+                known.cells[cell] = mesh_.rows[at.index()].bytes.data();
             }
         }
-        if (const std::uint64_t lit = load_relaxed(tile->lit); uniform != 0 && lit != 0)
+    }
+
+    void gather(const Brick& brick, std::uint64_t points, std::uint32_t groups, Cells& cells) {
+        if (points == 0)
+            return;
+        const std::uint64_t units = cells_in(points) & every_byte;
+        KnownBrick* const known = find(brick);
+        if (known == nullptr) {
+            missing_ |= groups;
+            return;
+        }
+        missing_ |= units * groups & ~known->units;
+        if (const std::uint64_t fresh = units & ~known->looked_up; fresh != 0)
+            look_up(*known, fresh);
+        RowPoints* row = cells.rows.data() + cells.row_count;
+        for (std::uint64_t rest = units & known->in_rows; rest != 0; rest &= rest - 1) {
+            const auto first = static_cast<unsigned>(std::countr_zero(rest));
+            *row++ = {static_cast<const std::uint8_t*>(known->cells[first / 8]),
+                      static_cast<std::uint8_t>(points >> first)};
+        }
+        cells.row_count = static_cast<std::size_t>(row - cells.rows.data());
+        for (std::uint64_t rest = units & known->in_words; rest != 0; rest &= rest - 1) {
+            const auto first = static_cast<unsigned>(std::countr_zero(rest));
+            const auto* record = static_cast<const std::uint64_t*>(known->cells[first / 8]);
+            const auto in_cell = static_cast<std::uint8_t>(points >> first);
+            cells.words[cells.word_count++] = {record[0], record[1] != 0 ? record + 1 : nullptr, in_cell,
+                                               static_cast<std::uint8_t>(popcount(in_cell))};
+        }
+        const std::uint64_t uniform = points & ~((known->in_rows | known->in_words) * 0xff);
+        if (const std::uint64_t lit = load_relaxed(known->tile->lit); uniform != 0 && lit != 0)
             cells.words[cells.word_count++] = {lit, nullptr, 0, static_cast<std::uint8_t>(popcount(uniform))};
         if (cells.row_count > capacity || cells.word_count > capacity)
             flush(cells, &cells == &removed_);
@@ -120,13 +184,15 @@ private:
             kernels_.add_rows(cells.rows.data(), cells.row_count, subtract, counts_.data());
         if (cells.word_count != 0)
             kernels_.add_words(cells.words.data(), cells.word_count, subtract, counts_.data());
-        cells.row_count = 0;
-        cells.word_count = 0;
+        cells.clear();
     }
 
     const MeshView& mesh_;
     const Kernels& kernels_;
     std::size_t tile_;
+    std::uint64_t missing_ = 0;              ///< units that are wanted but not known
+    std::array<const Brick*, 64> bricks_{};  ///< of `known_`, or null
+    std::array<KnownBrick, 64> known_;
     alignas(64) std::array<std::uint16_t, lights_per_tile> counts_{};
     Cells added_;
     Cells removed_;

@@ -100,7 +100,7 @@ inline void query_view(const MeshView& mesh, const glm::vec3& position, const gl
                 for (std::uint64_t rest = mesh.missing(*entry.brick, t, units * 0xff); rest != 0;
                      rest &= rest - 1)
                     known_groups &= ~(every_byte << (std::countr_zero(rest) % 8));
-                tally.add(*entry.brick, entry.points);
+                tally.add(*entry.brick, entry.points, 0);
             }
             tally.finish();
             kernels().divide(tally.counts(), count, reaching, values.data());

@@ -41,36 +41,39 @@ LIGHTMESH_AVX512 inline __m512i along_z(const std::int32_t* entries) {
     return spread_two(entries, _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1));
 }
 
-LIGHTMESH_AVX512 inline void row_masks(const AxisEntries& square, const AxisEntries& height,
-                                       std::int32_t radius_squared, std::int32_t lowest_height, int bricks,
-                                       std::uint64_t* masks) {
-    // What y and z leave for x, in the four pairs of cells that a brick has over (y, z).
-    __m512i square_left[4];
-    __m512i height_left[4];
-    for (int z = 0; z < 2; ++z) {
-        const __m512i radius =
-            _mm512_sub_epi32(_mm512_set1_epi32(radius_squared), along_z(square[2] + 2 * z));
-        const __m512i lowest = _mm512_sub_epi32(_mm512_set1_epi32(lowest_height), along_z(height[2] + 2 * z));
-        for (int y = 0; y < 2; ++y) {
-            square_left[2 * z + y] = _mm512_sub_epi32(radius, along_y(square[1] + 2 * y));
-            height_left[2 * z + y] = _mm512_sub_epi32(lowest, along_y(height[1] + 2 * y));
+struct RowMasks {
+    template <class Give>
+    LIGHTMESH_AVX512 void operator()(const AxisEntries& square, const AxisEntries& height,
+                                     const Hemisphere& hemisphere, Give&& give) const {
+        // What y and z leave for x, in the four pairs of cells that a brick has over (y, z).
+        __m512i square_left[4];
+        __m512i height_left[4];
+        for (int z = 0; z < 2; ++z) {
+            const __m512i radius =
+                _mm512_sub_epi32(_mm512_set1_epi32(hemisphere.radius_squared), along_z(square[2] + 2 * z));
+            const __m512i lowest =
+                _mm512_sub_epi32(_mm512_set1_epi32(hemisphere.lowest_height), along_z(height[2] + 2 * z));
+            for (int y = 0; y < 2; ++y) {
+                square_left[2 * z + y] = _mm512_sub_epi32(radius, along_y(square[1] + 2 * y));
+                height_left[2 * z + y] = _mm512_sub_epi32(lowest, along_y(height[1] + 2 * y));
+            }
+        }
+        for (int b = 0; b < hemisphere.bricks.x; ++b) {
+            const __m512i square_x = along_x(square[0] + 4 * b);
+            const __m512i height_x = along_x(height[0] + 4 * b);
+            __mmask16 inside[4];
+            for (int yz = 0; yz < 4; ++yz)
+                inside[yz] = _mm512_mask_cmpgt_epi32_mask(_mm512_cmplt_epi32_mask(square_x, square_left[yz]),
+                                                          height_x, height_left[yz]);
+            const __mmask32 low = _mm512_kunpackw(inside[1], inside[0]);
+            const __mmask32 high = _mm512_kunpackw(inside[3], inside[2]);
+            give(b, _cvtmask64_u64(_mm512_kunpackd(high, low)));
         }
     }
-    for (int b = 0; b < bricks; ++b) {
-        const __m512i square_x = along_x(square[0] + 4 * b);
-        const __m512i height_x = along_x(height[0] + 4 * b);
-        __mmask16 inside[4];
-        for (int yz = 0; yz < 4; ++yz)
-            inside[yz] = _mm512_mask_cmpgt_epi32_mask(_mm512_cmplt_epi32_mask(square_x, square_left[yz]),
-                                                      height_x, height_left[yz]);
-        const __mmask32 low = _mm512_kunpackw(inside[1], inside[0]);
-        const __mmask32 high = _mm512_kunpackw(inside[3], inside[2]);
-        masks[b] = _cvtmask64_u64(_mm512_kunpackd(high, low));
-    }
-}
+};
 
 LIGHTMESH_AVX512 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, avx2::fill_block, row_masks);
+    return find_masks_by_rows(hemisphere, masks, avx2::fill_points, avx2::fill_bricks, RowMasks{});
 }
 
 /// A byte of the sums holds at most 255, and a cell adds at most 8.

@@ -4,6 +4,7 @@
 #include <lightmesh/query/kernels/kernel_types.hpp>
 #include <lightmesh/query/kernels/shared.hpp>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -59,35 +60,48 @@ inline std::uint64_t brick_mask(const std::int32_t* square, const std::int32_t* 
 }
 
 /// As `fill_tables` asks for.
-inline void fill_block(std::int32_t first, std::int32_t step, std::int32_t slope, std::int32_t* square,
-                       std::int32_t* height) {
+inline void fill_points(const AxisDistances& distances, int first, std::int32_t* square,
+                        std::int32_t* height) {
     for (int i = 0; i < 8; ++i) {
-        const std::int32_t distance = first + i * step;
+        const std::int32_t distance = distances.first + (first + i) * (1 << distances.step_bits);
         square[i] = distance * distance;
-        height[i] = distance * slope;
+        height[i] = distance * distances.slope;
+    }
+}
+inline void fill_bricks(const AxisDistances& distances, int first, int count, std::int32_t* least_square,
+                        std::int32_t* greatest_height) {
+    const std::int32_t side = 3 * (1 << distances.step_bits);
+    for (int b = 0; b < count; ++b) {
+        const std::int32_t low = distances.first + 4 * (first + b) * (1 << distances.step_bits);
+        const std::int32_t gap = (std::max)((std::max)(low, -low - side), 0);
+        least_square[b] = gap * gap;
+        greatest_height[b] = low * distances.slope + (std::max)(side * distances.slope, 0);
     }
 }
 
 /// As `find_masks_by_rows` asks for.
-inline void row_masks(const AxisEntries& square, const AxisEntries& height, std::int32_t radius_squared,
-                      std::int32_t lowest_height, int bricks, std::uint64_t* masks) {
-    // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
-    CellEntries square_left[4];
-    CellEntries height_left[4];
-    for (int yz = 0; yz < 4; ++yz) {
-        for (int point = 0; point < 8; ++point) {
-            const int y = 2 * (yz % 2) + point / 2 % 2;
-            const int z = 2 * (yz / 2) + point / 4;
-            square_left[yz][point] = radius_squared - square[1][y] - square[2][z];
-            height_left[yz][point] = lowest_height - height[1][y] - height[2][z];
+struct RowMasks {
+    template <class Give>
+    void operator()(const AxisEntries& square, const AxisEntries& height, const Hemisphere& hemisphere,
+                    Give&& give) const {
+        // What y and z leave for x, for the 8 light points of the cells at each of four (y, z).
+        CellEntries square_left[4];
+        CellEntries height_left[4];
+        for (int yz = 0; yz < 4; ++yz) {
+            for (int point = 0; point < 8; ++point) {
+                const int y = 2 * (yz % 2) + point / 2 % 2;
+                const int z = 2 * (yz / 2) + point / 4;
+                square_left[yz][point] = hemisphere.radius_squared - square[1][y] - square[2][z];
+                height_left[yz][point] = hemisphere.lowest_height - height[1][y] - height[2][z];
+            }
         }
+        for (int b = 0; b < hemisphere.bricks.x; ++b)
+            give(b, brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left));
     }
-    for (int b = 0; b < bricks; ++b)
-        masks[b] = brick_mask(square[0] + 4 * b, height[0] + 4 * b, square_left, height_left);
-}
+};
 
 inline std::size_t find_masks(const Hemisphere& hemisphere, BrickMask* masks) {
-    return find_masks_by_rows(hemisphere, masks, fill_block, row_masks);
+    return find_masks_by_rows(hemisphere, masks, fill_points, fill_bricks, RowMasks{});
 }
 
 inline std::uint64_t find_facing(const LightColumns& lights, const glm::vec3& point,

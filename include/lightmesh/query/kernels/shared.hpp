@@ -30,67 +30,72 @@ using AxisEntries = std::array<const std::int32_t*, 3>;
 /// plane; for each brick along the axis the least of the former and the greatest of the latter.
 struct AxisTables {
     static constexpr int max_points = brick_side * Hemisphere::max_bricks_per_axis;
+    static constexpr int max_bricks = 16;  // those of two vectors
     alignas(64) std::int32_t square[3][max_points];
     alignas(64) std::int32_t height[3][max_points];
-    std::int32_t least_square[3][Hemisphere::max_bricks_per_axis];
-    std::int32_t greatest_height[3][Hemisphere::max_bricks_per_axis];
-    std::int32_t greatest_height_x;
+    alignas(64) std::int32_t least_square[3][max_bricks];
+    alignas(64) std::int32_t greatest_height[3][max_bricks];
 };
 
-/// fill_block(first, step, slope, square, height) fills eight entries: distance i is first + i * step,
-/// square[i] the square of it, height[i] the product with the slope.
-template <class FillBlock>
+/// Distances of light points along an axis from the surface point, in fixed-point numbers: that of light
+/// point i is first + (i << step_bits); and the normal's component along the axis.
+struct AxisDistances {
+    std::int32_t first;
+    std::int32_t step_bits;
+    std::int32_t slope;
+};
+
+/// Entries past the box are not used. fill_points(distances, i, square, height) fills eight entries from
+/// light point i on: with the squares of the distances and their products with the slope.
+/// fill_bricks(distances, b, count, least_square, greatest_height)
+/// fills those of up to eight bricks from brick b on.
+template <class FillPoints, class FillBricks>
 LIGHTMESH_PART_OF_KERNEL void fill_tables(const Hemisphere& hemisphere, AxisTables& tables,
-                                          FillBlock&& fill_block) {
+                                          FillPoints&& fill_points, FillBricks&& fill_bricks) {
     for (int axis = 0; axis < 3; ++axis) {
         const int bricks = hemisphere.bricks[axis];
-        const std::int32_t position = hemisphere.position[axis];
-        const std::int32_t slope = hemisphere.slope[axis];
-        const int bits = hemisphere.fraction_bits;
-        // Entries past the box are not used.
+        const AxisDistances distances{-hemisphere.position[axis], hemisphere.fraction_bits,
+                                      hemisphere.slope[axis]};
         for (int first = 0; first < brick_side * bricks; first += 8)
-            fill_block((first << bits) - position, 1 << bits, slope, tables.square[axis] + first,
-                       tables.height[axis] + first);
-        std::int32_t greatest = (std::numeric_limits<std::int32_t>::min)();
-        for (int b = 0; b < bricks; ++b) {
-            const std::int32_t low = ((4 * b) << bits) - position;
-            const std::int32_t gap = (std::max)((std::max)(low, -low - (3 << bits)), 0);
-            tables.least_square[axis][b] = gap * gap;
-            const std::int32_t* height = tables.height[axis] + 4 * b;
-            tables.greatest_height[axis][b] = (std::max)(height[0], height[3]);
-            greatest = (std::max)(greatest, tables.greatest_height[axis][b]);
-        }
-        if (axis == 0)
-            tables.greatest_height_x = greatest;
+            fill_points(distances, first, tables.square[axis] + first, tables.height[axis] + first);
+        for (int first = 0; first < bricks; first += 8)
+            fill_bricks(distances, first, (std::min)(bricks - first, 8), tables.least_square[axis] + first,
+                        tables.greatest_height[axis] + first);
     }
 }
 
-/// `Kernels::find_masks`, given how to find those of a row of bricks along x: row_masks(square, height,
-/// radius_squared, lowest_height, bricks, masks) sets masks[b] to the light points of brick b whose squared
-/// distance is less than `radius_squared` and whose height is greater than `lowest_height`. The entries for x
-/// are those of the whole row, those for y and z those of its bricks.
-template <class FillBlock, class RowMasks>
-LIGHTMESH_PART_OF_KERNEL std::size_t find_masks_by_rows(const Hemisphere& hemisphere, BrickMask* masks,
-                                                        FillBlock&& fill_block, RowMasks&& row_masks) {
+/// `Kernels::find_masks`, row by row of bricks along x. Light points belong to the hemisphere whose squared
+/// distance is less than its `radius_squared` and whose height is greater than its `lowest_height`.
+/// row_masks(square, height, hemisphere, give) calls give(x, light points) for all bricks of a row. The
+/// entries for x are those of the whole row, those for y and z those of its bricks.
+template <class FillPoints, class FillBricks, class RowMasks>
+LIGHTMESH_PART_OF_KERNEL std::size_t find_masks_by_rows(const Hemisphere& around, BrickMask* masks,
+                                                        FillPoints&& fill_points, FillBricks&& fill_bricks,
+                                                        RowMasks&& row_masks) {
+    // A copy, which no pointer leads to: its numbers stay in registers.
+    const Hemisphere hemisphere = around;
     AxisTables tables;
-    fill_tables(hemisphere, tables, fill_block);
-    std::size_t size = 0;
+    fill_tables(hemisphere, tables, fill_points, fill_bricks);
     const glm::ivec3 bricks = hemisphere.bricks;
+    std::int32_t greatest_height_x = tables.greatest_height[0][0];
+    for (int x = 1; x < bricks.x; ++x)
+        greatest_height_x = (std::max)(greatest_height_x, tables.greatest_height[0][x]);
+    std::size_t size = 0;
     for (int z = 0; z < bricks.z; ++z) {
         for (int y = 0; y < bricks.y; ++y) {
+            // Only whole rows are left out: where bricks are is as good as random, and a wrong guess of the
+            // processor takes longer than a brick's masks.
             if (tables.least_square[2][z] + tables.least_square[1][y] >= hemisphere.radius_squared ||
-                tables.greatest_height[2][z] + tables.greatest_height[1][y] + tables.greatest_height_x <=
+                tables.greatest_height[2][z] + tables.greatest_height[1][y] + greatest_height_x <=
                     hemisphere.lowest_height)
                 continue;
-            std::uint64_t row[Hemisphere::max_bricks_per_axis + 1];
             row_masks(AxisEntries{tables.square[0], &tables.square[1][4 * y], &tables.square[2][4 * z]},
                       AxisEntries{tables.height[0], &tables.height[1][4 * y], &tables.height[2][4 * z]},
-                      hemisphere.radius_squared, hemisphere.lowest_height, bricks.x, row);
-            for (int x = 0; x < bricks.x; ++x) {
-                masks[size] = {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
-                               static_cast<std::uint8_t>(z), row[x]};
-                size += row[x] != 0 ? 1u : 0u;
-            }
+                      hemisphere, [&](int x, std::uint64_t points) {
+                          masks[size] = {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                                         static_cast<std::uint8_t>(z), points};
+                          size += points != 0 ? 1u : 0u;
+                      });
         }
     }
     return size;
