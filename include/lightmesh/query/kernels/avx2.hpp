@@ -121,28 +121,32 @@ LIGHTMESH_AVX2 inline std::uint64_t find_facing(const LightColumns& lights, cons
     const __m256 normal_x = _mm256_set1_ps(normal.x);
     const __m256 normal_y = _mm256_set1_ps(normal.y);
     const __m256 normal_z = _mm256_set1_ps(normal.z);
-    const __m256 at_point = _mm256_set1_ps(normal.x * point.x + normal.y * point.y + normal.z * point.z);
     __m256 faces[8];
     __m256 is_unsure[8];
+    __m256 inside[8];
+    __m256 is_near_range[8];
     __m256 any_unsure = _mm256_setzero_ps();
-    for (std::size_t k = 0; k < 8; ++k) {
-        const std::size_t l = 8 * k;
-        const __m256 of_light =
-            _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(normal_x, _mm256_load_ps(&lights.at_x[l])),
-                                        _mm256_mul_ps(normal_y, _mm256_load_ps(&lights.at_y[l]))),
-                          _mm256_mul_ps(normal_z, _mm256_load_ps(&lights.at_z[l])));
-        const __m256 height = _mm256_sub_ps(of_light, _mm256_mul_ps(at_point, _mm256_load_ps(&lights.w[l])));
+    const auto along_normal = [&](__m256 x, __m256 y, __m256 z) LIGHTMESH_AVX2 {
+        return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(normal_x, x), _mm256_mul_ps(normal_y, y)),
+                             _mm256_mul_ps(normal_z, z));
+    };
+    const auto note_height = [&](std::size_t k, __m256 height) LIGHTMESH_AVX2 {
         faces[k] = _mm256_cmp_ps(height, _mm256_setzero_ps(), _CMP_GE_OQ);
         is_unsure[k] = _mm256_cmp_ps(_mm256_and_ps(height, magnitude), band, _CMP_NGT_UQ);
         any_unsure = _mm256_or_ps(any_unsure, is_unsure[k]);
-    }
-    std::uint64_t facing = bits_of(faces) & lights.exists;
-    std::uint64_t unsure = _mm256_movemask_ps(any_unsure) != 0 ? bits_of(is_unsure) & lights.exists : 0;
-    if (lights.has_ranges) {
+    };
+    if (!lights.has_ranges) {
+        const __m256 of_point = _mm256_set1_ps(normal.x * point.x + normal.y * point.y + normal.z * point.z);
+        for (std::size_t k = 0; k < 8; ++k) {
+            const std::size_t l = 8 * k;
+            const __m256 of_light =
+                along_normal(_mm256_load_ps(&lights.at_x[l]), _mm256_load_ps(&lights.at_y[l]),
+                             _mm256_load_ps(&lights.at_z[l]));
+            note_height(k, _mm256_sub_ps(of_light, _mm256_mul_ps(of_point, _mm256_load_ps(&lights.w[l]))));
+        }
+    } else {
         // A sum of squares is right to some 2^-22 of itself.
         const __m256 more = _mm256_set1_ps(1.0f + 0x1p-20f);
-        __m256 inside[8];
-        __m256 is_near_range[8];
         for (std::size_t k = 0; k < 8; ++k) {
             const std::size_t l = 8 * k;
             const __m256 w = _mm256_load_ps(&lights.w[l]);
@@ -152,6 +156,7 @@ LIGHTMESH_AVX2 inline std::uint64_t find_facing(const LightColumns& lights, cons
             const __m256 x = offset(lights.at_x, point.x);
             const __m256 y = offset(lights.at_y, point.y);
             const __m256 z = offset(lights.at_z, point.z);
+            note_height(k, along_normal(x, y, z));
             const __m256 squares =
                 _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y)), _mm256_mul_ps(z, z));
             const __m256 distance = _mm256_mul_ps(w, squares);
@@ -160,6 +165,10 @@ LIGHTMESH_AVX2 inline std::uint64_t find_facing(const LightColumns& lights, cons
             is_near_range[k] =
                 _mm256_andnot_ps(inside[k], _mm256_cmp_ps(distance, _mm256_mul_ps(range, more), _CMP_NGT_UQ));
         }
+    }
+    std::uint64_t facing = bits_of(faces) & lights.exists;
+    std::uint64_t unsure = _mm256_movemask_ps(any_unsure) != 0 ? bits_of(is_unsure) & lights.exists : 0;
+    if (lights.has_ranges) {
         const std::uint64_t near_range = bits_of(is_near_range);
         unsure |= facing & near_range;
         facing &= bits_of(inside) | near_range;
