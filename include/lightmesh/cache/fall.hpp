@@ -67,10 +67,12 @@ std::optional<SolidExit> find_exit(const Tracer& tracer, const glm::vec3& start,
     }
 }
 
-/// The first surface below a point, within `length`.
+/// The first surface below a point, within `length`. `likely`, or null: how a surface goes on that is known
+/// nearby. Where bisection would find it there, two rays say so.
 template <Intersector Tracer>
 std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& start, const Facing& facing,
-                                         float length, float step, std::uint64_t& rays) {
+                                         float length, float step, const Landing* likely,
+                                         std::uint64_t& rays) {
     const glm::vec3 up = facing.up();
     if constexpr (ClosestHitIntersector<Tracer>) {
         ++rays;
@@ -83,6 +85,13 @@ std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& 
         return Landing{std::clamp(hit->distance, 0.0f, length),
                        glm::dot(normal, up) < 0.0f ? -normal : normal};
     } else {
+        if (likely != nullptr) {
+            const float room = 0.004f * step;
+            rays += 2;
+            if (likely->fall > room && !tracer.occluded({start, start - (likely->fall - room) * up}) &&
+                tracer.occluded({start, start - (likely->fall + room) * up}))
+                return Landing{likely->fall - room, likely->normal};
+        }
         const std::optional<float> fall = bisect_fall(tracer, start, -up, length, rays);
         if (!fall)
             return std::nullopt;

@@ -243,7 +243,8 @@ public:
             start[facing.v()] += static_cast<float>(v);
             if (is_shaft)
                 start[facing.axis] += slope_rise(column.normal, facing, u, v, step);
-            const auto landing = land(start, facing, level, 4.0f);
+            const Landing likely{column.record->fall, column.normal};
+            const auto landing = land(start, facing, level, 4.0f, is_shaft ? &likely : nullptr);
             if (!landing)
                 continue;
             const glm::vec3 position = start - landing->fall * facing.up();
@@ -460,10 +461,11 @@ private:
     }
 
     /// Where it is down from a place onto a surface, within some steps.
-    std::optional<Landing> land(const glm::vec3& start, const Facing& facing, int level, float steps) const {
+    std::optional<Landing> land(const glm::vec3& start, const Facing& facing, int level, float steps,
+                                const Landing* likely = nullptr) const {
         const auto step = static_cast<float>(lattice_.step(level));
         std::uint64_t rays = 0;
-        const auto landing = fall_onto_surface(tracer_, start, facing, steps * step, step, rays);
+        const auto landing = fall_onto_surface(tracer_, start, facing, steps * step, step, likely, rays);
         drop_rays_.fetch_add(rays, std::memory_order_relaxed);
         return landing;
     }
