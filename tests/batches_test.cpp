@@ -5,6 +5,7 @@
 #include <lightmesh/lightmesh.hpp>
 
 #include <doctest/doctest.h>
+#include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -103,6 +104,34 @@ TEST_CASE("calls hold up to 64 segments, or as many as the adapter declares, wit
                   expected);
             CHECK(endless.largest <= 1024);
         }
+    }
+}
+
+TEST_CASE("many points at once have the values that each has alone, also where they jump to and fro") {
+    constexpr float step = 0.8f / 4.0f;
+    test::Random random(100);
+    const std::vector<test::Triangle> scene = test::boxes_on_floor(random, 25);
+    const std::vector<lightmesh::Light> lights = test::random_lights(random, 10);
+    const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights,
+                                    lightmesh::Settings{.radius = 0.8f, .quality = 4.0f}};
+    const std::vector<test::SurfacePoint> places = test::surface_points(random, scene, 12);
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals;
+    for (int i = 0; i < 2000; ++i) {
+        const test::SurfacePoint& place = places[random.below(3)];
+        const float way = 8.0f * step * (static_cast<float>(random.below(3)) - 1.0f);
+        glm::vec3 jump(0.0f);
+        jump[static_cast<int>(random.below(3))] = way;
+        positions.push_back(place.position + jump);
+        normals.push_back(place.normal);
+    }
+    std::vector<float> all(positions.size() * lights.size());
+    mesh.visibility(positions, normals, all);
+    std::vector<float> alone(lights.size());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        CAPTURE(i);
+        mesh.visibility(positions[i], normals[i], alone);
+        CHECK(std::ranges::equal(alone, std::span(all).subspan(i * lights.size(), lights.size())));
     }
 }
 

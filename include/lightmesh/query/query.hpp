@@ -137,7 +137,6 @@ private:
         std::size_t entry_count = 0;
         std::size_t next = first;
         point_count_ = 0;
-        window_count_ = 0;
         for (; next < batch.size() && point_count_ < most_points; ++next) {
             if (entry_count + room > most_entries)
                 break;
@@ -525,7 +524,7 @@ private:
     UnitTable* listed_ = nullptr;  ///< null: what is missing is found
     std::span<float> all_;
     std::size_t point_count_ = 0;
-    std::uint32_t window_count_ = 0;
+    std::uint32_t window_count_ = 0;  ///< of all blocks, so that `flood_` is of one window only
     MissingList missing_;
     RoomFor<QueryPoint, most_points> points_;
     std::array<std::array<std::uint64_t, most_cached_tiles>, most_points> reaching_;
