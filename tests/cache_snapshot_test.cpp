@@ -11,6 +11,8 @@
 #include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
@@ -127,6 +129,33 @@ TEST_CASE("cache snapshot: without a tracer it answers what needs none, and says
     CHECK(answered > 40 * work.lights.size() / 2);
     CHECK(missing > 0);
     CHECK(view.visibility(glm::vec3(NAN, 0, 0), glm::vec3(0, 0, 1), all) == all.size());
+}
+
+TEST_CASE("cache snapshot: without a tracer, records that are missing in the air are missed, not read") {
+    const Work work(9);
+    const Cache cache = work.cache();
+    cache.fill(work.points);
+    const Bytes bytes = cache.snapshot();
+    const SnapshotView view{std::span<const std::byte>(bytes)};
+    std::vector<float> all(work.lights.size());
+    std::size_t answered = 0;
+    std::size_t missing = 0;
+    for (const lightmesh::SurfacePoint& point : work.points)
+        for (const float tilt : {0.3f, 0.5f, 0.7f}) {
+            // The same records on surfaces, which fit the point less well.
+            const glm::vec3& n = point.normal;
+            const lightmesh::SurfacePoint tilted{
+                .position = point.position, .normal = glm::normalize(n + tilt * glm::vec3(n.y, n.z, n.x))};
+            missing += view.visibility(tilted, all);
+            const std::vector<float> expected = ask(cache, tilted);
+            for (std::size_t l = 0; l < all.size(); ++l)
+                if (!std::isnan(all[l])) {
+                    CHECK(all[l] == expected[l]);
+                    ++answered;
+                }
+        }
+    CHECK(answered > 0);
+    CHECK(missing > 0);
 }
 
 TEST_CASE("cache snapshot: merged into an empty cache it restores all without a ray") {

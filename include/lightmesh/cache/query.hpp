@@ -50,14 +50,12 @@ public:
                 for (std::size_t i = first; i < last; ++i) {
                     const std::span<float> lit =
                         rows.subspan(i * lamps.size() + tile * lamps_per_tile, lamps.tile_size(tile));
-                    seen_of_levels_ = lamps.tile_count() > 1 ? &seen_of_points_[i - first] : nullptr;
-                    if (begin(point_at(i)))
+                    if (begin(point_at(i), lamps.tile_count() > 1 ? &seen_of_points_[i - first] : nullptr))
                         find(tile, ~std::uint64_t{0}, lit);
                     else
                         std::fill(lit.begin(), lit.end(), std::numeric_limits<float>::quiet_NaN());
                 }
         }
-        seen_of_levels_ = nullptr;
     }
     /// The same for one point.
     void all(const SurfacePoint& point, std::span<float> lit) {
@@ -123,7 +121,9 @@ private:
         BlendLevel level;
     };
 
-    bool begin(const SurfacePoint& point) {
+    /// `seen`: what was found of this point for other tiles, or null.
+    bool begin(const SurfacePoint& point, SeenOfLevels* seen = nullptr) {
+        seen_of_levels_ = seen;
         if (!is_finite(point.position) || !is_finite(point.normal))
             return false;
         point_ = point.position;
@@ -453,13 +453,12 @@ private:
         const glm::ivec3 index = cell.corners.index(record & 3u, cell.facing);
         const RecordKey key(index, kind, cell.facing, cell.level);
         NearColumn& place = near_place(cell, record);
-        cell.has_column[record] = true;
         if (place.is_made && place.key == key) {
-            cell.columns[record] = place.column;
+            set_column(cell, record, place.column);
             return;
         }
         Record& own = spare(cell, record);
-        cell.columns[record] = find(index, own);
+        set_column(cell, record, find(index, own));
         // What stands in the cell's own place goes with the cell.
         if (cell.columns[record].record == &own)
             return;
