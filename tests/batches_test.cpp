@@ -108,20 +108,20 @@ TEST_CASE("calls hold up to 64 segments, or as many as the adapter declares, wit
 }
 
 TEST_CASE("many points at once have the values that each has alone, also where they jump to and fro") {
-    constexpr float step = 0.2f;
+    constexpr float step = 0.8f / 4.0f;
     test::Random random(100);
     const std::vector<test::Triangle> scene = test::boxes_on_floor(random, 25);
     const std::vector<lightmesh::Light> lights = test::random_lights(random, 10);
     const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights,
-                                    lightmesh::Settings{.radius = 4.0f * step, .quality = 4.0f}};
+                                    lightmesh::Settings{.radius = 0.8f, .quality = 4.0f}};
     const std::vector<test::SurfacePoint> places = test::surface_points(random, scene, 12);
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
     for (int i = 0; i < 2000; ++i) {
         const test::SurfacePoint& place = places[random.below(3)];
+        const float way = 8.0f * step * (static_cast<float>(random.below(3)) - 1.0f);
         glm::vec3 jump(0.0f);
-        const auto axis = static_cast<int>(random.below(3));
-        jump[axis] = 8.0f * step * (static_cast<float>(random.below(3)) - 1.0f);
+        jump[static_cast<int>(random.below(3))] = way;
         positions.push_back(place.position + jump);
         normals.push_back(place.normal);
     }

@@ -315,9 +315,10 @@ TEST_CASE("gpu frame: long tests and rays to lamps that shaders trace say what E
         CAPTURE(scene.name);
         check(other_long_rays(device, scene));
         demo::VisibilityOptions options = demo::options_of(scene);
-        check(other_lamp_rays(device, scene, options));
-        options.cache.shaft_rows = true;
-        check(other_lamp_rays(device, scene, options));
+        for (const bool shaft_rows : {false, true}) {
+            options.cache.shaft_rows = shaft_rows;
+            check(other_lamp_rays(device, scene, options));
+        }
     }
 }
 

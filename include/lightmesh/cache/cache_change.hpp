@@ -137,8 +137,7 @@ private:
     Bounds eye_of(const RecordKey& key, const Record& record) const {
         if (key.is_probe() && rows_.is_mesh == 0)
             return fall_of(key, record);
-        if (key.what() < static_cast<std::uint32_t>(RecordKind::air) && record.is_on_surface() &&
-            lattice_.has_shaft_rows(key.level()))
+        if (has_shaft_row(lattice_, key, record))
             return shaft_of(key);
         const glm::vec3 position = column_of(lattice_, key, record, key.facing(), false).position;
         // A mesh's values depend on light points within its radius, on others of their bricks, and on links

@@ -5,6 +5,7 @@
 #include <lightmesh/cache/cell_values.hpp>
 #include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/lanes.hpp>
+#include <lightmesh/cache/record.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/vectors.hpp>

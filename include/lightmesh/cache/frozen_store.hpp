@@ -3,13 +3,13 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/cache/column.hpp>
-#include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/lamp_table.hpp>
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/point_rays.hpp>
 #include <lightmesh/cache/record.hpp>
 #include <lightmesh/cache/record_brick.hpp>
 #include <lightmesh/cache/row.hpp>
+#include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/cache/snapshot_reader.hpp>
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/segment.hpp>

@@ -40,11 +40,9 @@ struct RayPlan {
     /// penumbra: of the values of its ends, where few rays are hidden or few are open, they miss little.
     static RayPlan full(std::size_t most) {
         if (most < 16)
-            return plain(most);
+            return {.has_rim = false, .first = most, .most = most};
         return {.has_rim = true, .first = 2, .most = most};
     }
-    /// Where it is known that there is a penumbra.
-    static RayPlan plain(std::size_t most) { return {.has_rim = false, .first = most, .most = most}; }
     /// For what stands in for a record that does not fit, with little weight, or only to tell whether some of
     /// the lamp is seen: ten rays of coarse levels, eight of fine ones; more if `lamp_rays` is more than 64.
     static RayPlan glance(std::size_t lamp_rays, bool is_fine) {

@@ -8,6 +8,7 @@
 #include <lightmesh/cache/lamp_table.hpp>
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/record.hpp>
+#include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/support/vectors.hpp>
 

@@ -3,12 +3,18 @@
 
 #include <lightmesh/cache/blend.hpp>
 #include <lightmesh/cache/cell.hpp>
+#include <lightmesh/cache/cell_values.hpp>
+#include <lightmesh/cache/column.hpp>
 #include <lightmesh/cache/kernels/kernels.hpp>
-#include <lightmesh/cache/lamp_rows.hpp>
+#include <lightmesh/cache/lamp.hpp>
+#include <lightmesh/cache/lamp_table.hpp>
+#include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/lazy_array.hpp>
 #include <lightmesh/cache/point_rays.hpp>
+#include <lightmesh/cache/record.hpp>
 #include <lightmesh/cache/record_brick.hpp>
+#include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/row_table.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/vectors.hpp>
@@ -297,8 +303,7 @@ private:
         if ((lights & ~cell.values.known(record)) == 0)
             return;
         const Column& column = cell.columns[record];
-        const bool is_shaft =
-            record < CellValues::first_in_air && store_.lattice().has_shaft_rows(column.key.level());
+        const bool is_shaft = has_shaft_row(store_.lattice(), column.key, *column.record);
         if (listed_ == nullptr) {
             NearColumn* const near_column = near_column_of(cell, record);
             if (near_column == nullptr) {

@@ -28,7 +28,7 @@ struct RowBytes {
     std::uint8_t byte(std::size_t l) const { return static_cast<std::uint8_t>(octets[l / 8] >> l % 8 * 8); }
 };
 
-/// A byte of a shaft row. 0 and 255: all of the lamp is closed or open for all that lies around the record.
+/// A byte of a shaft row. 0 and 255: all of the lamp is closed or open, also for what lies around the record.
 /// Others are odd where the record does not tell what lies around it, and even where it does. 1 and 253 stand
 /// for 0 and 255.
 inline std::uint8_t shaft_byte(std::uint8_t value, bool misses) {

@@ -5,6 +5,7 @@
 #include <lightmesh/cache/lamp_rows.hpp>
 #include <lightmesh/cache/record.hpp>
 #include <lightmesh/cache/record_table.hpp>
+#include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/row_table.hpp>
 #include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/segment.hpp>

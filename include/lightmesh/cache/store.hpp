@@ -26,7 +26,6 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -36,7 +35,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -212,8 +210,7 @@ public:
             return {off_surface(position, normal, step), normal, seed, step, greatest_reach(lattice_)};
         };
         RowLook look;
-        const bool is_shaft =
-            !key.is_probe() && lattice_.has_shaft_rows(level) && column.record->is_on_surface();
+        const bool is_shaft = has_shaft_row(lattice_, key, *column.record);
         if (!key.is_probe()) {
             const int below = level - Lattice::base_level;
             const auto most = [&](int halvings) {
@@ -221,6 +218,7 @@ public:
                                                            (std::min)(settings_.lamp_rays, 16)));
             };
             look.origin = from(column.position, column.normal);
+            // Where places around have seen both, rays to the rim need not tell whether there is a penumbra.
             look.plan = is_shaft ? RayPlan{.has_rim = false, .first = most(2), .most = most(below - 1)}
                         : column.record->is_on_surface()
                             ? RayPlan::full(most(below - 1))

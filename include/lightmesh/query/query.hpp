@@ -2,15 +2,16 @@
 #pragma once
 
 #include <lightmesh/fill/long_fill.hpp>
-#include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
+#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/hemisphere.hpp>
+#include <lightmesh/query/kernels/kernel_types.hpp>
 #include <lightmesh/query/kernels/kernels.hpp>
 #include <lightmesh/query/neighbours.hpp>
 #include <lightmesh/query/query_point.hpp>

@@ -4,6 +4,7 @@
 #include <lightmesh/cache/blend.hpp>
 #include <lightmesh/cache/cell_values.hpp>
 #include <lightmesh/cache/lamp_columns.hpp>
+#include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/support/processor.hpp>

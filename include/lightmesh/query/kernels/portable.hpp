@@ -5,8 +5,6 @@
 #include <lightmesh/query/kernels/shared.hpp>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>

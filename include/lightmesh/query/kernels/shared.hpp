@@ -2,15 +2,18 @@
 #pragma once
 
 #include <lightmesh/mesh/brick.hpp>
+#include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/query/hemisphere.hpp>
 #include <lightmesh/query/kernels/kernel_types.hpp>
+
+#include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 /// What kernels share. These functions become part of whichever kernel calls them, and so are compiled for
 /// its processor.
@@ -47,8 +50,8 @@ struct AxisDistances {
 
 /// Entries past the box are not used. fill_points(distances, i, square, height) fills eight entries from
 /// light point i on: with the squares of the distances and their products with the slope.
-/// fill_bricks(distances, b, count, least_square, greatest_height)
-/// fills those of up to eight bricks from brick b on.
+/// fill_bricks(distances, b, count, least_square, greatest_height) fills those of up to eight bricks from
+/// brick b on.
 template <class FillPoints, class FillBricks>
 LIGHTMESH_PART_OF_KERNEL void fill_tables(const Hemisphere& hemisphere, AxisTables& tables,
                                           FillPoints&& fill_points, FillBricks&& fill_bricks) {
