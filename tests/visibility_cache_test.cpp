@@ -456,6 +456,28 @@ TEST_CASE("visibility cache: no light comes through a double wall, nor through a
     }
 }
 
+TEST_CASE("visibility cache: no light falls into narrow slits, whatever all that lies around them says") {
+    // Closed slits between two walls with a lid, and lamps that shine straight down on both sides.
+    test::Random random(47);
+    for (int slit = 0; slit < 60; ++slit) {
+        const double width = random.uniform(0.02, 0.3);
+        const double x = random.uniform(-1.0, 1.0);
+        std::vector<test::Triangle> scene = floor_scene();
+        test::add_box(scene, {x, -6.0, -0.01}, {x + width, 6.0, random.uniform(1.4, 3.0)});
+        const std::vector<Light> lights{
+            lightmesh::DirectionalLight{{0.03f, 0.05f, -1.0f}, 0.02f},
+            lightmesh::PointLight{.position = {static_cast<float>(x), 0.0f, 15.0f}}};
+        const VisibilityCache cache{HitTracer{&scene}, lights,
+                                    CacheSettings{.spacing = 1.0f, .detail = slit % 4}};
+        CAPTURE(width);
+        for (int i = 0; i < 20; ++i) {
+            const glm::vec3 floor(x + random.uniform(0.02, 0.98) * width, random.uniform(-3.0, 3.0), 0.0);
+            for (std::size_t l = 0; l < lights.size(); ++l)
+                CHECK(cache.visibility(floor, glm::vec3(0, 0, 1), l) == 0.0f);
+        }
+    }
+}
+
 TEST_CASE("visibility cache: far from the origin, and at tiny and huge scales, as near to lamps as at home") {
     struct Place {
         double scale, shift;

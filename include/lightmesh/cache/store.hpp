@@ -232,7 +232,14 @@ public:
         const std::size_t side = is_shaft ? 4 : 2;
         const glm::vec3 centre = is_shaft ? lattice_.position(key.index(), level)
                                           : probe_start(lattice_, key.index(), facing, level);
+        // One of the middle places of a shaft row is the record itself: all others may lie beyond walls.
+        constexpr std::size_t own_place = 5;
         for (std::size_t i = 0; i < side * side; ++i) {
+            if (is_shaft && i == own_place) {
+                look.part[look.place_count] = own_place;
+                look.places[look.place_count++] = look.origin;
+                continue;
+            }
             const auto aside = [&](std::size_t part) {
                 return step * ((static_cast<double>(part) + 0.5) / static_cast<double>(side) - 0.5);
             };
