@@ -499,6 +499,37 @@ TEST_CASE("visibility cache: no light falls into narrow slits, whatever all that
     }
 }
 
+TEST_CASE("visibility cache: no light comes through a sheet on a ridge from a lamp at the horizon") {
+    // Behind the sheet records turn away from the lamp, and places before it do not.
+    test::Random random(53);
+    for (int turn = 0; turn < 100; ++turn) {
+        const double radius = random.uniform(1.5, 6.0);
+        const auto ridge = [&](int i) {
+            return radius * Vec(std::sin(0.02 * i), 0.0, std::cos(0.02 * i) - 1.0) - Vec(0.0, 6.0, 0.0);
+        };
+        std::vector<test::Triangle> scene;
+        for (int i = -40; i < 40; ++i)
+            test::add_quad(scene, ridge(i), ridge(i + 1) - ridge(i), {0, 12, 0});
+        const double sheet = random.uniform(-0.3, 0.3);
+        test::add_quad(scene, {sheet, -6.0, -0.3}, {0, 12, 0}, {0, 0, 3});
+        const double angle = sheet / radius + random.uniform(-0.06, 0.06);
+        const std::vector<Light> lights{
+            lightmesh::DirectionalLight{glm::vec3(-std::cos(angle), 0.0, std::sin(angle))}};
+        const VisibilityCache cache{HitTracer{&scene}, lights,
+                                    CacheSettings{.spacing = 0.5f, .detail = turn % 4}};
+        for (int i = 0; i < 60; ++i) {
+            const double at = (sheet / radius - random.uniform(0.0005, 0.1)) / 0.02;
+            const int facet = static_cast<int>(std::floor(at));
+            const Vec along = ridge(facet + 1) - ridge(facet);
+            Vec point = ridge(facet) + (at - facet) * along;
+            point.y = random.uniform(-2.0, 2.0);
+            if (point.x < sheet - 1e-4)
+                CHECK(cache.visibility(glm::vec3(point),
+                                       glm::vec3(glm::normalize(Vec(-along.z, 0.0, along.x))), 0) == 0.0f);
+        }
+    }
+}
+
 TEST_CASE("visibility cache: far from the origin, and at tiny and huge scales, as near to lamps as at home") {
     struct Place {
         double scale, shift;

@@ -176,7 +176,7 @@ private:
             if (look_.around == RowLook::Around::only) {
                 if (sees_both || sums_[l] == 0)
                     values[l] = sees_both ? probe_sees_both : probe_knows_nothing;
-            } else if (sees_both || sums_[l] < enough) {
+            } else if (sees_both || sums_[l] < enough || (open_[l] != 0 && is_below_origin(l))) {
                 unsettled_ |= light;
                 doubted_ |= sees_both ? light : 0;
                 sums_[l] = open_[l] = 0;
@@ -188,6 +188,11 @@ private:
     }
 
     const Lamp& lamp_of(std::size_t l) const { return lamps_->lamp(tile_ * lamps_per_tile + l); }
+
+    /// Whether the record sees nothing of a light, whatever places on a slope around it see.
+    bool is_below_origin(std::size_t l) const {
+        return lamp_of(l).is_below(look_.origin.position, look_.origin.unit_normal);
+    }
 
     static Lamp::View view_of(const Lamp& lamp, const RowOrigin& origin) {
         return Lamp::View(lamp, origin.position, static_cast<std::uint32_t>(origin.seed >> 32), origin.step,
