@@ -22,7 +22,8 @@ struct Column {
 
 /// Whether a record looks at what lies around it, too: see `shaft_byte`.
 inline bool has_shaft_row(const Lattice& lattice, const RecordKey& key, const Record& record) {
-    return record.is_on_surface() && !key.is_probe() && lattice.has_shaft_rows(key.level());
+    return key.what() < static_cast<std::uint32_t>(RecordKind::air) && record.is_on_surface() &&
+           lattice.has_shaft_rows(key.level());
 }
 
 /// Where the middle of what a probe stands for falls from: of the cell of which `index` has the least indices
