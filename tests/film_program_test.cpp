@@ -162,6 +162,50 @@ TEST_CASE("lightmesh-render film: Ctrl-C keeps whole frames, and the same comman
     CHECK(demo::read_file(frame(folder, "last", 1)) == demo::read_file(folder / "film/frame-0012.png"));
 }
 
+TEST_CASE("lightmesh-render film --on gpu: the pictures of picture --on gpu, from anywhere, and it goes on") {
+    const TemporaryFolder folder;
+    const std::string out = (folder / "film").string();
+    const std::string spheres = "spheres -a whitted --on gpu" + tiny + "-o " + out;
+    const Finished begun = film(folder, spheres + " --frames 2");
+    REQUIRE_MESSAGE(begun.status == 0, begun.errors);
+    for (const char* row :
+         {"device", "seconds: in shaders, each frame", "frames rendered", "rays for shadows"})
+        CHECK_MESSAGE(begun.output.find(row) != std::string::npos, row);
+    const Finished on = film(folder, spheres + " --frames 4");
+    REQUIRE_MESSAGE(on.status == 0, on.errors);
+    CHECK(on.output.find("2 of 4 frames are there already and stay") != std::string::npos);
+    const Finished late = film(folder, "spheres -a whitted --on gpu --from 0.75 --frames 1" + tiny + "-o " +
+                                           (folder / "late").string());
+    REQUIRE_MESSAGE(late.status == 0, late.errors);
+    CHECK(demo::read_file(frame(folder, "late", 1)) == demo::read_file(frame(folder, "film", 4)));
+    const Finished picture =
+        test::run(folder, LIGHTMESH_RENDER " picture spheres -a whitted --on gpu --width 48 --height 36 -o " +
+                              (folder / "still.png").string());
+    REQUIRE_MESSAGE(picture.status == 0, picture.errors);
+    CHECK(demo::read_file(folder / "still.png") == demo::read_file(frame(folder, "film", 1)));
+    const Finished by_cpu = film(folder, "spheres -a whitted --frames 4" + tiny + "-o " + out);
+    CHECK(by_cpu.status == 1);
+    CHECK_MESSAGE(by_cpu.errors.find("there and the CPU here; --overwrite removes them") != std::string::npos,
+                  by_cpu.errors);
+}
+
+TEST_CASE("lightmesh-render film --on gpu: Ctrl-C keeps whole frames, and the same command goes on") {
+    const TemporaryFolder folder;
+    const std::string out = (folder / "film").string();
+    const std::string command =
+        LIGHTMESH_RENDER " film spheres --on gpu -a cache --no-shaft-rows" + tiny + "--frames 6 -o " + out;
+    const Finished stopped = test::run(folder, command + " & p=$!; while kill -0 $p && [ ! -s " + out +
+                                                   "/frame-0001.png ]; do sleep 0.01; done; kill -INT $p; "
+                                                   "wait $p");
+    CHECK(stopped.status == 130);
+    CHECK(stopped.errors.find("interrupted: whole frames stay") != std::string::npos);
+    CHECK_FALSE(folder.has_part_files());
+    CHECK_FALSE(std::filesystem::exists(folder / "film/frame-0006.png"));
+    const Finished on = test::run(folder, command);
+    REQUIRE_MESSAGE(on.status == 0, on.errors);
+    CHECK(on.output.find("of 6 frames are there already and stay") != std::string::npos);
+}
+
 TEST_CASE("lightmesh-render film: MP4 by ffmpeg, which is named where it is not there") {
     const TemporaryFolder folder;
     const std::string arguments =
@@ -210,6 +254,10 @@ TEST_CASE("lightmesh-render film: bad input gets one line, and leaves nothing be
     check_refused("spheres -o film.png", "a film goes into a folder");
     check_refused("spheres --format exr -o film.mp4", "made of PNG files");
     check_refused("spheres --format bmp", "bmp");
+    check_refused("spheres --on gpu -a lmm",
+                  "--on gpu does not know --algorithm lmm; it knows cache, whitted");
+    check_refused("spheres --on gpu --device none-such", "no device \"none-such\"", 2);
+    check_refused("spheres --on fpga", "fpga");
 }
 
 }  // namespace film_program_test

@@ -15,6 +15,8 @@
 #include "render/scene_cache.hpp"
 #include "render/visibility.hpp"
 #include "run_command.hpp"
+#include "scene/animation.hpp"
+#include "scene/film.hpp"
 #include "scene/light_rig.hpp"
 #include "scene/scene.hpp"
 #include "seen_points.hpp"
@@ -34,9 +36,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gpu_frame_test {
@@ -266,6 +270,21 @@ TEST_CASE("gpu frame: each triangle lies once in the wide BVH, and within all bo
     }
 }
 
+TEST_CASE("gpu frame: a BVH that is fitted to triangles that have moved holds them as well") {
+    demo::Scene scene = demo::make_spheres();
+    demo::WideBvh bvh = demo::build_wide_bvh(scene);
+    const std::vector<std::uint32_t> nodes = bvh.nodes;
+    demo::fit(bvh, scene);
+    CHECK(bvh.nodes == nodes);
+    for (std::size_t i = 0; i < scene.positions.size(); i += 3)
+        scene.positions[i] += glm::vec3(-3.0f, 0.5f, static_cast<float>(i % 7));
+    demo::fit(bvh, scene);
+    Read read{bvh, std::vector<int>(scene.triangles.size()), 0};
+    read.node(0, glm::vec3(-INFINITY), glm::vec3(INFINITY));
+    CHECK(read.outside == 0);
+    CHECK(std::ranges::all_of(read.seen, [](int times) { return times == 1; }));
+}
+
 TEST_CASE("gpu frame: random rays meet what they meet in Embree") {
     const demo::ComputeDevice device;
     std::vector<demo::Scene> scenes{demo::make_spheres(), demo::make_rooms(), demo::make_park()};
@@ -424,6 +443,64 @@ TEST_CASE("gpu frame: light meshes on all levels, and caches, filled as shaders 
     options.width = 12;
     options.height = 9;
     check_same_picture(device, demo::make_park(), "linked", options);
+}
+
+TEST_CASE("gpu frame: in films pictures are those of a new renderer to the bit") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 16;
+    options.height = 12;
+    const auto follow = [&](demo::AnimatedScene animated, const std::string& algorithm,
+                            std::initializer_list<double> times) {
+        demo::Film film(std::move(animated));
+        CAPTURE(film.scene().name);
+        CAPTURE(algorithm);
+        demo::EmbreeScene embree(film.scene(), demo::EmbreeScene::For::films);
+        const demo::VisibilityOptions visibility = demo::options_of(film.scene());
+        demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+        demo::RenderStatistics statistics;
+        demo::GpuPicture last = renderer.render(statistics);
+        for (const double time : times) {
+            const demo::SceneChange change = film.go_to(time);
+            embree.update(change);
+            renderer.update(embree, change);
+            demo::GpuPicture found = renderer.render(statistics);
+            CHECK(found.linear.pixels != last.linear.pixels);
+            last = std::move(found);
+        }
+        const demo::EmbreeScene anew(film.scene());
+        demo::GpuRenderer other(device, algorithm, anew, visibility, options);
+        const demo::GpuPicture expected = other.render(statistics);
+        CHECK(last.linear.pixels == expected.linear.pixels);
+        CHECK(last.toned.pixels == expected.toned.pixels);
+    };
+    follow(demo::animate_spheres(), "area", {1.0, 0.25});
+    follow(demo::animate_rooms(), "cache", {0.5, 1.0});
+    follow(demo::animate_rooms(), "linked", {0.75});
+    follow(demo::animate_park(), "whitted", {1.0, 2.0});
+}
+
+TEST_CASE("gpu frame: of a film's scene only what has moved is written") {
+    const demo::ComputeDevice device;
+    demo::Film film(demo::animate_park());
+    demo::EmbreeScene embree(film.scene(), demo::EmbreeScene::For::films);
+    demo::GpuScene copy(device, embree);
+    std::size_t all = 0;
+    for (const demo::ComputeBinding& binding : copy.bindings())
+        all += binding.buffer.size();
+    demo::SceneChange change = film.go_to(1.0);
+    REQUIRE(change.changes_triangles());
+    embree.update(change);
+    const std::size_t written = copy.update(embree, change);
+    MESSAGE(written << " of " << all << " bytes");
+    CHECK(written < all / 4);
+    change = film.go_to(1.0);
+    CHECK(copy.update(embree, change) < 256);
+
+    const demo::GpuScene anew(device, embree);
+    for (const std::size_t i : {0u, 3u, 4u, 5u, 6u})  // all but the tree, which has another shape
+        CHECK(copy.bindings()[i].buffer.read_all<std::uint32_t>() ==
+              anew.bindings()[i].buffer.read_all<std::uint32_t>());
 }
 
 TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh and a cache") {

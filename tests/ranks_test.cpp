@@ -133,9 +133,15 @@ TEST_CASE("lightmesh-render by ranks: a picture, and all that was found for it, 
     }
     const Finished refused = by_ranks(folder, 2, "compare rooms -o " + (folder / "sheet").string());
     CHECK(refused.status == 1);
-    CHECK_MESSAGE(refused.errors == "lightmesh-render: compare runs in one process, not in 2; film and "
-                                    "picture share their work out\n",
+    CHECK_MESSAGE(refused.errors == "lightmesh-render: compare runs in one process, not in 2; on the CPU "
+                                    "film and picture share their work out\n",
                   refused.errors);
+    const Finished on_gpu =
+        by_ranks(folder, 2, "film spheres --on gpu" + tiny + "-o " + (folder / "film").string());
+    CHECK(on_gpu.status == 1);
+    CHECK_MESSAGE(on_gpu.errors == "lightmesh-render: film --on gpu runs in one process, not in 2; on the "
+                                   "CPU film and picture share their work out\n",
+                  on_gpu.errors);
 }
 
 TEST_CASE("lightmesh-render by ranks: rank 0 says which rank has failed and why, and whole frames stay") {

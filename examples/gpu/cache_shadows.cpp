@@ -3,6 +3,8 @@
 
 #include "gpu/cache_fill.hpp"
 #include "gpu/segment_rays.hpp"
+#include "render/follow_scene.hpp"
+#include "render/lamps.hpp"
 #include "render/scene_cache.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
@@ -34,9 +36,9 @@ constexpr int enough_turns = 8;
 
 struct CacheShadows::Parts {
     Parts(const ComputeDevice& on, const EmbreeScene& scene, const GpuScene& copy,
-          const VisibilityOptions& options, std::size_t pixels)
-        : device(on), rays(on, copy), cache(cache_of(scene, options)), row_of_pixel(pixels),
-          rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
+          const VisibilityOptions& of_cache, std::size_t pixels)
+        : device(on), options(of_cache), rays(on, copy), cache(cache_of(scene, of_cache)),
+          row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
           no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {
         upload();
     }
@@ -71,6 +73,7 @@ struct CacheShadows::Parts {
     }
 
     ComputeDevice device;
+    VisibilityOptions options;
     SegmentRays rays;
     SceneCache cache;
     std::vector<std::byte> bytes;  ///< the cache as it was uploaded
@@ -89,6 +92,13 @@ CacheShadows::CacheShadows(const ComputeDevice& device, const EmbreeScene& scene
     : parts_(std::make_unique<Parts>(device, scene, copy, options, pixels)) {}
 
 CacheShadows::~CacheShadows() = default;
+
+void CacheShadows::update(const EmbreeScene& scene, const SceneChange& change) {
+    if (!change.changes_shadows())
+        return;
+    follow_scene(parts_->cache, lamps_of(scene, parts_->options), change);
+    parts_->upload();
+}
 
 std::vector<ComputeBinding> CacheShadows::bindings() const {
     std::vector<ComputeBinding> made;

@@ -6,6 +6,7 @@
 #include "gpu/gpu_scene.hpp"
 #include "render/embree_scene.hpp"
 #include "render/visibility.hpp"
+#include "scene/scene_change.hpp"
 
 #include <lightmesh/statistics.hpp>
 
@@ -30,6 +31,10 @@ public:
     ~CacheShadows();
     CacheShadows(const CacheShadows&) = delete;
     CacheShadows& operator=(const CacheShadows&) = delete;
+
+    /// After the scene that this was made for has changed, not into another one, and `scene` and `copy` were
+    /// updated: forgets what is not true any more.
+    void update(const EmbreeScene& scene, const SceneChange& change);
 
     std::vector<ComputeBinding> bindings() const;
     /// Forgets the host's answers: the pixels have other points now.

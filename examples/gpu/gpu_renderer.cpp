@@ -328,6 +328,14 @@ DeviceFill GpuRenderer::filled() const {
     return parts_->mesh ? parts_->mesh->spent() : parts_->cache ? parts_->cache->spent() : DeviceFill{};
 }
 
+void GpuRenderer::update(const EmbreeScene& scene, const SceneChange& change) {
+    parts_->scene.update(scene, change);
+    if (parts_->mesh)
+        parts_->mesh->update(change);
+    if (parts_->cache)
+        parts_->cache->update(scene, change);
+}
+
 GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,
                                const std::atomic<bool>* cancel) {
     const Stopwatch watch;

@@ -7,6 +7,7 @@
 #include "render/embree_scene.hpp"
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
+#include "scene/scene_change.hpp"
 
 #include <lightmesh/statistics.hpp>
 
@@ -44,6 +45,10 @@ public:
     GpuRenderer(const GpuRenderer&) = delete;
     GpuRenderer& operator=(const GpuRenderer&) = delete;
     ~GpuRenderer();
+
+    /// After the scene has changed, not into another one, and the `EmbreeScene` was updated: renders from now
+    /// on what a new one would. Throws what `compute.hpp` throws.
+    void update(const EmbreeScene& scene, const SceneChange& change);
 
     /// Also counts the rays. What was not rendered when `cancel` was set stays black.
     GpuPicture render(RenderStatistics& statistics, const Progress& progress = {},

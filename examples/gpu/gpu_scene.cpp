@@ -15,7 +15,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <utility>
 
 namespace demo {
 
@@ -83,13 +85,52 @@ std::span<const std::byte> bytes_in(const std::vector<T>& values) {
     return std::as_bytes(std::span(values));
 }
 
+/// Writes the pieces of `now` that differ from `there` to a buffer, from a place in it on. Returns how many
+/// bytes they are.
+std::size_t write_differences(const ComputeBuffer& buffer, std::size_t offset,
+                              std::span<const std::byte> there, std::span<const std::byte> now) {
+    constexpr std::size_t piece = std::size_t{1} << 16;
+    std::size_t written = 0;
+    std::size_t first = 0;  // that is to be written
+    const auto write_until = [&](std::size_t end) {
+        if (end > first)
+            buffer.write(offset + first, now.subspan(first, end - first));
+        written += end - first;
+    };
+    for (std::size_t at = 0; at < now.size(); at += piece) {
+        const std::size_t size = (std::min)(piece, now.size() - at);
+        if (std::memcmp(there.data() + at, now.data() + at, size) != 0)
+            continue;
+        write_until(at);
+        first = at + size;
+    }
+    write_until(now.size());
+    return written;
+}
+
+std::vector<float> sizes_of(const EmbreeScene& scene, const VisibilityOptions& visibility) {
+    return sizes_at_ends(lamps_of(scene, visibility), scene.far_away());
+}
+
+/// Numbers of bindings.
+enum Place : std::size_t { frame_place, nodes, triangles, corners, vertices, tables, texels };
+
 }  // namespace
 
+/// What the device has, but for textures.
+struct GpuScene::Copy {
+    VisibilityOptions visibility;
+    RenderOptions options;
+    WideBvh bvh;
+    SceneWords words;
+};
+
 GpuScene::GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& visibility,
-                   const RenderOptions& options) {
-    const WideBvh bvh = build_wide_bvh(scene.scene());
-    const SceneWords words =
-        words_of(scene.scene(), sizes_at_ends(lamps_of(scene, visibility), scene.far_away()));
+                   const RenderOptions& options)
+    : copy_(std::make_unique<Copy>(Copy{visibility, options, build_wide_bvh(scene.scene()),
+                                        words_of(scene.scene(), sizes_of(scene, visibility))})) {
+    const WideBvh& bvh = copy_->bvh;
+    SceneWords& words = copy_->words;
     const FrameWords frame = frame_of(scene, words, visibility, options);
     const auto add = [&](std::span<const std::byte> bytes) {
         const auto place = static_cast<std::uint32_t>(bindings_.size());
@@ -103,6 +144,35 @@ GpuScene::GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const 
     add(bytes_in(words.vertices));
     add(bytes_in(words.tables));
     add(bytes_in(words.texels));
+    words.texels = {};
+}
+
+GpuScene::~GpuScene() = default;
+
+std::size_t GpuScene::update(const EmbreeScene& scene, const SceneChange& change) {
+    Copy& copy = *copy_;
+    const auto write = [&](Place place, std::size_t offset, std::span<const std::byte> there,
+                           std::span<const std::byte> now) {
+        return write_differences(bindings_[place].buffer, offset, there, now);
+    };
+    std::size_t written = 0;
+    const std::vector<glm::uvec4> lights = lights_of(scene.scene(), sizes_of(scene, copy.visibility));
+    const std::size_t lights_at = copy.words.tables_at[1];
+    const auto of_lights = std::span(copy.words.tables).subspan(lights_at, lights.size());
+    written += write(tables, lights_at * sizeof(glm::uvec4), std::as_bytes(of_lights), bytes_in(lights));
+    std::ranges::copy(lights, of_lights.begin());
+    if (change.changes_triangles()) {
+        const WideBvh before = copy.bvh;
+        fit(copy.bvh, scene.scene());
+        written += write(nodes, 0, bytes_in(before.nodes), bytes_in(copy.bvh.nodes));
+        written += write(triangles, 0, bytes_in(before.triangles), bytes_in(copy.bvh.triangles));
+        std::vector<float> moved = vertices_of(scene.scene());
+        written += write(vertices, 0, bytes_in(copy.words.vertices), bytes_in(moved));
+        copy.words.vertices = std::move(moved);
+    }
+    const FrameWords frame = frame_of(scene, copy.words, copy.visibility, copy.options);
+    bindings_[frame_place].buffer.write(0, std::as_bytes(std::span(&frame, 1)));
+    return written + sizeof frame;
 }
 
 }  // namespace demo

@@ -5,7 +5,10 @@
 #include "render/embree_scene.hpp"
 #include "render/renderer.hpp"
 #include "render/visibility.hpp"
+#include "scene/scene_change.hpp"
 
+#include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace demo {
@@ -16,10 +19,19 @@ class GpuScene {
 public:
     GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& visibility = {},
              const RenderOptions& options = {});
+    GpuScene(const GpuScene&) = delete;
+    GpuScene& operator=(const GpuScene&) = delete;
+    ~GpuScene();
+
+    /// After the scene has changed, not into another one, and `scene` was updated: brings what differs to
+    /// the same buffers. The BVH keeps its shape. Returns how many bytes were written.
+    std::size_t update(const EmbreeScene& scene, const SceneChange& change);
 
     const std::vector<ComputeBinding>& bindings() const { return bindings_; }
 
 private:
+    struct Copy;
+    std::unique_ptr<Copy> copy_;
     std::vector<ComputeBinding> bindings_;
 };
 

@@ -2,6 +2,7 @@
 #include "gpu/mesh_levels.hpp"
 
 #include "gpu/uploaded_mesh.hpp"
+#include "render/follow_scene.hpp"
 
 #include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/lightmesh.hpp>
@@ -55,6 +56,13 @@ struct MeshLevels::Level {
         uploaded.update(mesh.snapshot());
     }
 
+    void update(const EmbreeScene& scene, const SceneChange& change) {
+        follow_scene(mesh, shapes_of_lights(scene.scene()), change);
+        // Snapshots have the lights in the order of a new mesh.
+        mesh.compact();
+        uploaded.update(mesh.snapshot());
+    }
+
     lightmesh::LightMesh<EmbreeIntersector> mesh;
     UploadedMesh uploaded;
 };
@@ -72,6 +80,13 @@ MeshLevels::Level& MeshLevels::at(int level) {
     if (!found)
         found = std::make_unique<Level>(device_, scene_, options_, level);
     return *found;
+}
+
+void MeshLevels::update(const SceneChange& change) {
+    for (const std::unique_ptr<Level>& level : levels_)
+        if (level && change.changes_shadows())
+            level->update(scene_, change);
+    asked_before_.clear();
 }
 
 std::vector<ComputeBinding> MeshLevels::bindings() const {

@@ -7,6 +7,7 @@
 #include "gpu/long_tests.hpp"
 #include "render/embree_scene.hpp"
 #include "render/visibility.hpp"
+#include "scene/scene_change.hpp"
 
 #include <lightmesh/statistics.hpp>
 
@@ -31,6 +32,10 @@ public:
     ~MeshLevels();
     MeshLevels(const MeshLevels&) = delete;
     MeshLevels& operator=(const MeshLevels&) = delete;
+
+    /// After the scene that this was made for has changed, not into another one, and `scene` and `copy` were
+    /// updated: forgets what is not true any more.
+    void update(const SceneChange& change);
 
     /// Bindings for kernels: placeholders, until `bind`.
     std::vector<ComputeBinding> bindings() const;

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <variant>
 
@@ -30,7 +31,7 @@ void add(std::vector<float>& words, const float* values, int count) {
     words.insert(words.end(), values, values + count);
 }
 
-void add_vertices(SceneWords& words, const Scene& scene) {
+void place_attributes(SceneWords& words, const Scene& scene) {
     const auto place = [&](bool is_there, std::uint32_t size) {
         const std::uint32_t at = is_there ? words.words_of_vertex : 0;
         words.words_of_vertex += is_there ? size : 0;
@@ -40,17 +41,6 @@ void add_vertices(SceneWords& words, const Scene& scene) {
     words.attributes[1] = place(!scene.colours.empty(), 4);
     words.attributes[2] = place(!scene.texture_coordinates[0].empty(), 2);
     words.attributes[3] = place(!scene.texture_coordinates[1].empty(), 2);
-    words.vertices.reserve(words.words_of_vertex * scene.positions.size());
-    for (std::size_t i = 0; i < scene.positions.size(); ++i) {
-        add(words.vertices, &scene.positions[i].x, 3);
-        if (!scene.normals.empty())
-            add(words.vertices, &scene.normals[i].x, 3);
-        if (!scene.colours.empty())
-            add(words.vertices, &scene.colours[i].x, 4);
-        for (const auto& coordinates : scene.texture_coordinates)
-            if (!coordinates.empty())
-                add(words.vertices, &coordinates[i].x, 2);
-    }
 }
 
 // ---- materials
@@ -160,20 +150,42 @@ void add_curve(std::vector<glm::uvec4>& table) {
 
 }  // namespace
 
+std::vector<float> vertices_of(const Scene& scene) {
+    std::vector<float> words;
+    for (std::size_t i = 0; i < scene.positions.size(); ++i) {
+        add(words, &scene.positions[i].x, 3);
+        if (!scene.normals.empty())
+            add(words, &scene.normals[i].x, 3);
+        if (!scene.colours.empty())
+            add(words, &scene.colours[i].x, 4);
+        for (const auto& coordinates : scene.texture_coordinates)
+            if (!coordinates.empty())
+                add(words, &coordinates[i].x, 2);
+    }
+    return words;
+}
+
+std::vector<glm::uvec4> lights_of(const Scene& scene, std::span<const float> sizes) {
+    std::vector<glm::uvec4> words;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i)
+        add_light(words, scene.lights[i], sizes[i]);
+    return words;
+}
+
 SceneWords words_of(const Scene& scene, std::span<const float> sizes) {
     SceneWords words;
     for (const Triangle& triangle : scene.triangles)
         words.corners.emplace_back(triangle.vertex[0], triangle.vertex[1], triangle.vertex[2],
                                    triangle.material);
-    add_vertices(words, scene);
+    place_attributes(words, scene);
+    words.vertices = vertices_of(scene);
     const auto here = [&] {
         return static_cast<std::uint32_t>(words.tables.size());
     };
     for (const Material& material : scene.materials)
         add_material(words.tables, material);
     words.tables_at[1] = here();
-    for (std::size_t i = 0; i < scene.lights.size(); ++i)
-        add_light(words.tables, scene.lights[i], sizes[i]);
+    std::ranges::copy(lights_of(scene, sizes), std::back_inserter(words.tables));
     words.tables_at[2] = here();
     for (const Texture& texture : scene.textures)
         add_texture(words, texture);

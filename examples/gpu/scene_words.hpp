@@ -25,4 +25,9 @@ struct SceneWords {
 /// `sizes`: of the lights where shadow rays end, as `sizes_at_ends` gives them.
 SceneWords words_of(const Scene& scene, std::span<const float> sizes);
 
+/// `SceneWords::vertices` alone.
+std::vector<float> vertices_of(const Scene& scene);
+/// The lights of `SceneWords::tables` alone.
+std::vector<glm::uvec4> lights_of(const Scene& scene, std::span<const float> sizes);
+
 }  // namespace demo

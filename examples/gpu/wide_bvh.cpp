@@ -17,6 +17,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <new>
 #include <span>
@@ -150,16 +151,16 @@ struct Steps {
     std::array<int, 3> exponents{};
 };
 
+/// Writes all but boxes and corners: see `fit`.
 class Writer {
 public:
     explicit Writer(const Scene& scene) : scene_(scene) {}
 
-    WideBvh write(BuiltNode& root, const Bounds& all) {
+    WideBvh write(BuiltNode& root) {
         bvh_.nodes.resize(WideBvh::words_of_node);
         BuiltNode above;
         above.child_count = 1;
         above.children[0] = &root;
-        above.boxes[0] = all;
         write_node(root.is_leaf() ? above : root, 0, 1);
         return std::move(bvh_);
     }
@@ -175,16 +176,13 @@ private:
             box.low = glm::min(box.low, node.boxes[i].low);
             box.high = glm::max(box.high, node.boxes[i].high);
         }
-        const Steps steps(box);
         const std::array<std::size_t, slots> slot_of = slots_of_children(node, box);
         std::array<const BuiltNode*, slots> in_slot{};
         std::array<std::uint32_t, WideBvh::words_of_node> words{};
         std::array<std::uint8_t, slots> kinds{};
         std::uint32_t node_slots = 0;
-        for (std::size_t child = 0; child < node.child_count; ++child) {
+        for (std::size_t child = 0; child < node.child_count; ++child)
             in_slot[slot_of[child]] = node.children[child];
-            write_box(words, box, steps, node.boxes[child], slot_of[child]);
-        }
         const std::size_t first_node = bvh_.nodes.size() / WideBvh::words_of_node;
         const std::size_t first_triangle = bvh_.triangles.size() / WideBvh::words_of_triangle;
         for (std::size_t slot = 0; slot < slots; ++slot) {
@@ -200,16 +198,11 @@ private:
                 static_cast<std::uint8_t>(((1u << in_slot[slot]->triangle_count) - 1) << 5 | before);
             write_triangles(*in_slot[slot]);
         }
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto at = static_cast<std::size_t>(axis);
-            words[at] = std::bit_cast<std::uint32_t>(box.low[axis]);
-            words[3] |= static_cast<std::uint32_t>(steps.exponents[at] + 127) << 8 * axis;
-        }
-        words[3] |= node_slots << 24;
+        words[3] = node_slots << 24;
         words[4] = static_cast<std::uint32_t>(first_node);
         words[5] = static_cast<std::uint32_t>(first_triangle);
         for (std::size_t slot = 0; slot < slots; ++slot)
-            put_byte(words, 6, slot, kinds[slot]);
+            words[6 + slot / 4] |= std::uint32_t{kinds[slot]} << 8 * (slot % 4);
         std::ranges::copy(words,
                           bvh_.nodes.begin() + static_cast<std::ptrdiff_t>(number * WideBvh::words_of_node));
         const auto node_count = static_cast<std::size_t>(std::popcount(node_slots));
@@ -220,39 +213,107 @@ private:
                 write_node(*in_slot[slot], next++, depth + 1);
     }
 
-    using NodeWords = std::array<std::uint32_t, WideBvh::words_of_node>;
-
-    static void put_byte(NodeWords& words, std::size_t word, std::size_t slot, std::uint32_t byte) {
-        words[word + slot / 4] |= byte << 8 * (slot % 4);
-    }
-
-    static void write_box(NodeWords& words, const Bounds& box, const Steps& steps, const Bounds& of_child,
-                          std::size_t slot) {
-        for (int axis = 0; axis < 3; ++axis) {
-            const double low = std::floor(steps.count(box, of_child.low[axis], axis));
-            const double high = std::ceil(steps.count(box, of_child.high[axis], axis));
-            const auto pair = 2 * static_cast<std::size_t>(axis);
-            put_byte(words, 8 + pair, slot, static_cast<std::uint32_t>(std::clamp(low, 0.0, 255.0)));
-            put_byte(words, 14 + pair, slot, static_cast<std::uint32_t>(std::clamp(high, 0.0, 255.0)));
-        }
-    }
-
     void write_triangles(const BuiltNode& leaf) {
         for (const std::uint32_t number : std::span(leaf.triangles).first(leaf.triangle_count)) {
             const Triangle& triangle = scene_.triangles[number];
             const bool is_translucent = may_let_light_through(scene_.materials[triangle.material]);
-            const std::array<std::uint32_t, 3> more{number, is_translucent ? 1u : 0u, 0u};
-            for (std::size_t corner = 0; corner < 3; ++corner) {
-                const glm::vec3& position = scene_.positions[triangle.vertex[corner]];
-                for (int axis = 0; axis < 3; ++axis)
-                    bvh_.triangles.push_back(std::bit_cast<std::uint32_t>(position[axis]));
-                bvh_.triangles.push_back(more[corner]);
+            for (const std::uint32_t word : {number, is_translucent ? 1u : 0u, 0u}) {
+                bvh_.triangles.insert(bvh_.triangles.end(), 3, 0u);
+                bvh_.triangles.push_back(word);
             }
         }
     }
 
     const Scene& scene_;
     WideBvh bvh_;
+};
+
+/// Brings boxes and corners to where the triangles are.
+class Fitter {
+public:
+    /// `more`: by what boxes are wider than what they hold, on each side.
+    Fitter(WideBvh& bvh, const Scene& scene, float more)
+        : bvh_(bvh), scene_(scene), more_(more), boxes_(bvh.nodes.size() / WideBvh::words_of_node) {}
+
+    void fit() {
+        for (std::size_t at = 0; at < bvh_.triangles.size(); at += WideBvh::words_of_triangle)
+            place_triangle(at);
+        // Children lie behind their parents.
+        for (std::size_t node = boxes_.size(); node-- > 0;)
+            fit_node(node);
+    }
+
+private:
+    const Triangle& triangle_at(std::size_t word) const { return scene_.triangles[bvh_.triangles[word + 3]]; }
+
+    void place_triangle(std::size_t at) {
+        const Triangle& triangle = triangle_at(at);
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            for (int axis = 0; axis < 3; ++axis)
+                bvh_.triangles[at + 4 * corner + static_cast<std::size_t>(axis)] =
+                    std::bit_cast<std::uint32_t>(scene_.positions[triangle.vertex[corner]][axis]);
+    }
+
+    void fit_node(std::size_t number) {
+        const auto words =
+            std::span(bvh_.nodes).subspan(number * WideBvh::words_of_node).first<WideBvh::words_of_node>();
+        const std::uint32_t node_slots = words[3] >> 24;
+        std::array<Bounds, slots> of_slots{};
+        Bounds& box = boxes_[number];
+        bool is_first = true;
+        for (std::size_t slot = 0, next = words[4]; slot < slots; ++slot) {
+            const std::uint32_t kind = words[6 + slot / 4] >> 8 * (slot % 4) & 255u;
+            if (kind == 0)
+                continue;
+            of_slots[slot] = (node_slots >> slot & 1) != 0
+                                 ? boxes_[next++]
+                                 : box_of_leaf(words[5] + (kind & 31u),
+                                               static_cast<std::size_t>(std::popcount(kind >> 5)));
+            box = is_first ? of_slots[slot] : common(box, of_slots[slot]);
+            is_first = false;
+        }
+        const Steps steps(box);
+        words[3] = node_slots << 24;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto at = static_cast<std::size_t>(axis);
+            words[at] = std::bit_cast<std::uint32_t>(box.low[axis]);
+            words[3] |= static_cast<std::uint32_t>(steps.exponents[at] + 127) << 8 * axis;
+        }
+        std::ranges::fill(words.subspan<8>(), 0u);
+        for (std::size_t slot = 0; slot < slots; ++slot)
+            if ((words[6 + slot / 4] >> 8 * (slot % 4) & 255u) != 0)
+                write_box(words, box, steps, of_slots[slot], slot);
+    }
+
+    Bounds box_of_leaf(std::size_t first_triangle, std::size_t count) const {
+        Bounds box{glm::vec3(std::numeric_limits<float>::infinity()),
+                   glm::vec3(-std::numeric_limits<float>::infinity())};
+        for (std::size_t i = first_triangle; i < first_triangle + count; ++i)
+            box = common(box, box_of(scene_, triangle_at(i * WideBvh::words_of_triangle)));
+        return {box.low - more_, box.high + more_};
+    }
+
+    static Bounds common(const Bounds& a, const Bounds& b) {
+        return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
+    }
+
+    static void write_box(std::span<std::uint32_t, WideBvh::words_of_node> words, const Bounds& box,
+                          const Steps& steps, const Bounds& of_child, std::size_t slot) {
+        const auto put_byte = [&](std::size_t word, double byte) {
+            words[word + slot / 4] |= static_cast<std::uint32_t>(std::clamp(byte, 0.0, 255.0))
+                                      << 8 * (slot % 4);
+        };
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto pair = 2 * static_cast<std::size_t>(axis);
+            put_byte(8 + pair, std::floor(steps.count(box, of_child.low[axis], axis)));
+            put_byte(14 + pair, std::ceil(steps.count(box, of_child.high[axis], axis)));
+        }
+    }
+
+    WideBvh& bvh_;
+    const Scene& scene_;
+    float more_;
+    std::vector<Bounds> boxes_;  ///< of the nodes
 };
 
 }  // namespace
@@ -267,10 +328,7 @@ WideBvh build_wide_bvh(const Scene& scene) {
     if (!device)
         fail("opening the device");
     const std::unique_ptr<RTCBVHTy, Release> bvh(rtcNewBVH(device.get()));
-    Bounds all = bounds_of(scene);
-    const float more = rounding_in(all);
-    all = {all.low - more, all.high + more};
-    std::vector<RTCBuildPrimitive> boxes = boxes_of_triangles(scene, more);
+    std::vector<RTCBuildPrimitive> boxes = boxes_of_triangles(scene, rounding_in(bounds_of(scene)));
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.maxBranchingFactor = slots;
     arguments.maxDepth = most_bvh_depth;
@@ -286,7 +344,13 @@ WideBvh build_wide_bvh(const Scene& scene) {
     auto* root = static_cast<BuiltNode*>(rtcBuildBVH(&arguments));
     if (root == nullptr)
         fail("building the BVH");
-    return Writer(scene).write(*root, all);
+    WideBvh written = Writer(scene).write(*root);
+    fit(written, scene);
+    return written;
+}
+
+void fit(WideBvh& bvh, const Scene& scene) {
+    Fitter(bvh, scene, rounding_in(bounds_of(scene))).fit();
 }
 
 }  // namespace demo

@@ -41,6 +41,9 @@ struct WideBvh {
 /// for a scene whose tree is deeper than shaders' stacks: `most_bvh_depth` nodes.
 WideBvh build_wide_bvh(const Scene& scene);
 
+/// After the triangles of that scene have moved: fits the boxes to them. The tree keeps its shape.
+void fit(WideBvh& bvh, const Scene& scene);
+
 /// As bvh.glsl has it.
 inline constexpr std::uint32_t most_bvh_depth = 48;
 

@@ -7,6 +7,7 @@
 #include "render/film_maker.hpp"
 #include "render/frame_folder.hpp"
 #include "render/movie.hpp"
+#include "render/on_gpu.hpp"
 #include "render/options.hpp"
 #include "render/ranks.hpp"
 #include "render/run.hpp"
@@ -46,6 +47,7 @@ struct FilmOptions : CommonOptions {
     std::optional<double> to;
     std::vector<std::string> moving{"objects", "lights", "camera"};
     bool overwrite = false;
+    std::string on = "cpu";
 };
 
 /// The times of the frames.
@@ -118,9 +120,9 @@ Moving moving_of(const FilmOptions& options) {
 }
 
 /// All that decides how frames look: with the same of these, a frame is the same to the last bit. `film` is
-/// at 0 s.
+/// at 0 s; `gpu` may be null.
 FilmTraits traits_of(const FilmOptions& options, const VisibilityOptions& visibility, const Film& film,
-                     const Schedule& schedule) {
+                     const Schedule& schedule, const GpuFrames* gpu) {
     const Scene& scene = film.scene();
     const RenderOptions& render = options.render;
     const lightmesh::CacheSettings cache = cache_settings_of(visibility);
@@ -143,6 +145,7 @@ FilmTraits traits_of(const FilmOptions& options, const VisibilityOptions& visibi
             {"from", exactly(schedule.from)},
             {"seconds between frames", exactly(schedule.step)},
             {"algorithm", options.algorithm},
+            {"rendered on", gpu != nullptr ? gpu->device() : "the CPU"},
             {"width", std::to_string(render.width)},
             {"height", std::to_string(render.height)},
             {"samples", std::to_string(render.samples)},
@@ -272,7 +275,7 @@ private:
                 const double time = schedule_.time(frames[i]);
                 FilmMaker::TogetherMade frame = maker_.frame_together(time, [&](double part) { show(part); });
                 if (ranks_.is_first())
-                    write(frames[i], encode(std::move(frame.image)));
+                    write(frames[i], encode({std::move(frame.image), {}}));
                 is_cold = is_cold || frame.is_cold;
                 made.push_back(frames[i]);
             }
@@ -283,10 +286,12 @@ private:
     }
 
     /// Where the frame was rendered: rank 0 has enough to do with files.
-    Bytes encode(Image image) const {
-        return bytes_of_text(options_.format == "png"
-                                 ? encoded(toned(std::move(image), options_.render.tone), ".png")
-                                 : encoded(image, ".exr"));
+    Bytes encode(FilmMaker::Made made) const {
+        if (options_.format != "png")
+            return bytes_of_text(encoded(made.linear, ".exr"));
+        if (made.toned.pixels.empty())
+            made.toned = toned(std::move(made.linear), options_.render.tone);
+        return bytes_of_text(encoded(made.toned, ".png"));
     }
 
     void write(int frame, const Bytes& file) {
@@ -339,6 +344,8 @@ std::vector<int> shared(Ranks& ranks, const std::vector<int>& mine) {
 
 int make_film(const FilmOptions& options, Ranks& ranks) {
     static_cast<void>(interrupted());  // from now on Ctrl-C lets a frame be written
+    if (options.on == "gpu")
+        require_one_rank(ranks, "film --on gpu");
     const bool is_first = ranks.is_first();
     const Output output = is_first ? output_of(options) : Output{};
     Film film = open_film(options, moving_of(options));
@@ -347,7 +354,10 @@ int make_film(const FilmOptions& options, Ranks& ranks) {
             std::cout << "note: " << remark << '\n';
     const Schedule schedule = schedule_of(options, film.length());
     const VisibilityOptions visibility = visibility_options(options, film.scene());
-    const FilmTraits traits = traits_of(options, visibility, film, schedule);
+    std::unique_ptr<GpuFrames> gpu;
+    if (options.on == "gpu")
+        gpu = std::make_unique<GpuFrames>(options.algorithm, visibility, options.render);
+    const FilmTraits traits = traits_of(options, visibility, film, schedule, gpu.get());
     check_same_film(ranks, traits);
     std::optional<FrameFolder> folder;
     std::vector<int> missing;
@@ -357,7 +367,7 @@ int make_film(const FilmOptions& options, Ranks& ranks) {
         missing = missing_frames(*folder, schedule);
     }
     missing = shared(ranks, missing);
-    FilmMaker maker(ranks, options.algorithm, options.render, std::move(film), visibility);
+    FilmMaker maker(ranks, options.algorithm, options.render, std::move(film), visibility, std::move(gpu));
     std::optional<std::string> why_not_whole;
     try {
         std::optional<FilmProgress> progress;
@@ -430,6 +440,7 @@ void add_film_command(CLI::App& program, Ranks& ranks, int& status) {
     command->add_option("--format", options->format, "of the frames: png, or exr with linear values")
         ->check(CLI::IsMember({"png", "exr"}))
         ->capture_default_str();
+    add_on_option(*command, options->on);
     command->add_flag("--overwrite", options->overwrite,
                       "render all frames, where otherwise those of the same film that are there stay");
     add_render_options(*command, *options);

@@ -5,6 +5,7 @@
 #include "render/render_together.hpp"
 #include "render/run.hpp"
 #include "render/stopwatch.hpp"
+#include "render/terminal.hpp"
 #include "render/text_table.hpp"
 
 #include <algorithm>
@@ -25,26 +26,33 @@ struct RankCount {
 }  // namespace
 
 FilmMaker::FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& options, Film film,
-                     const VisibilityOptions& visibility)
+                     const VisibilityOptions& visibility, std::unique_ptr<GpuFrames> gpu)
     : ranks_(ranks), algorithm_(std::move(algorithm)), options_(options), film_(std::move(film)),
       visibility_(visibility),
       // Built at 0 s, so that the tree is one and the same wherever a film begins.
-      embree_(film_.scene(), film_.moving().objects ? EmbreeScene::For::films : EmbreeScene::For::stills) {}
+      embree_(film_.scene(), film_.moving().objects ? EmbreeScene::For::films : EmbreeScene::For::stills),
+      gpu_(std::move(gpu)) {}
 
-Image FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
+FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
     const Stopwatch stopwatch;
     go_to(time);
     RenderStatistics spent;
-    Image image = render(
-        embree_, *shadows_, options_, spent,
-        [&](double done) {
-            watch.look();
-            progress(done);
-        },
-        &watch.is_in_vain());
+    const auto show = [&](double done) {
+        watch.look();
+        progress(done);
+    };
+    Made made;
+    if (gpu_) {
+        // It may be long before it has something to show.
+        GpuFrames::Frame frame = gpu_->render(spent, show, interrupted());
+        watch.look();
+        made = {std::move(frame.linear), std::move(frame.toned)};
+    } else {
+        made.linear = render(embree_, *shadows_, options_, spent, show, &watch.is_in_vain());
+    }
     spent_ += spent;
     count_frame(stopwatch.seconds());
-    return image;
+    return made;
 }
 
 FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& progress) {
@@ -87,11 +95,11 @@ std::string FilmMaker::report(bool is_whole) {
     if (!visibility_.cache.shaft_rows)
         table.add_row({"shaft rows", "none"});
     table.add_row({"lamp radius", lamp_size_text(lamps_of(embree_, visibility_))});
+    if (gpu_)
+        table.add_row({"device", gpu_->device()});
     std::vector<RankCount> counts;
     if (is_whole) {
-        const RankCount mine{static_cast<std::uint64_t>(made_ - made_together_),
-                             (shadows_ ? kept_rays(*shadows_) : 0) + spent_.visibility.shadow_rays +
-                                 spent_.visibility.short_rays};
+        const RankCount mine{static_cast<std::uint64_t>(made_ - made_together_), rays_for_shadows()};
         for (const Bytes& of_rank : ranks_.gather(bytes_of(mine)))
             counts.push_back(value_in<RankCount>(of_rank));
     }
@@ -114,9 +122,13 @@ std::string FilmMaker::report(bool is_whole) {
         table.add_row(
             {"seconds: each frame after it", made_ > 1 ? fixed(later_seconds_ / (made_ - 1), 3) : "-"});
         table.add_row({"seconds: poses and updates, each frame", fixed(seconds_between_ / made_, 3)});
-        table.add_row({"  of all threads: rays to surfaces", fixed(spent_.seconds_tracing, 3)});
-        table.add_row({"  of all threads: shadows", fixed(spent_.visibility.seconds, 3)});
-        table.add_row({"  of all threads: shading", fixed(spent_.seconds_shading, 3)});
+        if (gpu_) {
+            table.add_row({"seconds: in shaders, each frame", fixed(gpu_->seconds_device() / made_, 3)});
+        } else {
+            table.add_row({"  of all threads: rays to surfaces", fixed(spent_.seconds_tracing, 3)});
+            table.add_row({"  of all threads: shadows", fixed(spent_.visibility.seconds, 3)});
+            table.add_row({"  of all threads: shading", fixed(spent_.seconds_shading, 3)});
+        }
     }
     if (counts.size() > 1) {
         table.add_rule();
@@ -135,6 +147,12 @@ std::string FilmMaker::report(bool is_whole) {
     return table.text();
 }
 
+/// By this rank, in all frames.
+std::uint64_t FilmMaker::rays_for_shadows() const {
+    const std::uint64_t kept = gpu_ ? gpu_->kept_rays() : shadows_ ? kept_rays(*shadows_) : 0;
+    return kept + spent_.visibility.shadow_rays + spent_.visibility.short_rays;
+}
+
 /// On rank 0.
 std::uint64_t FilmMaker::rays_of_all_since(std::uint64_t before) {
     std::uint64_t rays = 0;
@@ -151,7 +169,9 @@ void FilmMaker::go_to(double time) {
     const Stopwatch stopwatch;
     const SceneChange change = film_.go_to(time);
     embree_.update(change);
-    if (shadows_)
+    if (gpu_)
+        gpu_->follow(embree_, change);
+    else if (shadows_)
         shadows_->update(embree_, change);
     else
         shadows_ = make_visibility(algorithm_, embree_, visibility_);

@@ -4,6 +4,7 @@
 #include "image/image.hpp"
 #include "render/embree_scene.hpp"
 #include "render/merge_ranks.hpp"
+#include "render/on_gpu.hpp"
 #include "render/ranks.hpp"
 #include "render/renderer.hpp"
 #include "render/share_out.hpp"
@@ -19,18 +20,23 @@ namespace demo {
 /// Renders frames of a film one after another, alone or together with other ranks, and keeps count.
 class FilmMaker {
 public:
+    /// `gpu`: what renders, of the same algorithm and options; null: the CPU.
     FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& options, Film film,
-              const VisibilityOptions& visibility);
+              const VisibilityOptions& visibility, std::unique_ptr<GpuFrames> gpu = nullptr);
 
+    struct Made {
+        Image linear;
+        Image toned;  ///< by `RenderOptions::tone`, if a GPU did that; else empty
+    };
     /// The frame at a time, by this rank alone; not whole if `watch` says that it is in vain.
-    Image frame(double time, WorkWatch& watch, const Progress& progress);
+    Made frame(double time, WorkWatch& watch, const Progress& progress);
 
     struct TogetherMade {
         Image image;   ///< on rank 0
         bool is_cold;  ///< on all: whether more than a tenth had to be found that nobody knew
     };
-    /// The frame at a time, by all ranks, which must call this together. What they find there is made known
-    /// to all, unless it is little.
+    /// The frame at a time, by all ranks on the CPU, which must call this together. What they find there is
+    /// made known to all, unless it is little.
     TogetherMade frame_together(double time, const Progress& progress);
 
     /// Goes to a time and lets all ranks know what each has found. All must call this together.
@@ -42,6 +48,7 @@ public:
 
 private:
     std::uint64_t rays_of_all_since(std::uint64_t before);
+    std::uint64_t rays_for_shadows() const;
     bool rank_0_says(bool is_so);
     void go_to(double time);
     void count_frame(double seconds);
@@ -52,7 +59,8 @@ private:
     Film film_;
     VisibilityOptions visibility_;
     EmbreeScene embree_;
-    std::unique_ptr<Visibility> shadows_;
+    std::unique_ptr<GpuFrames> gpu_;
+    std::unique_ptr<Visibility> shadows_;  ///< on the CPU, from the first frame on
     RankMerge merge_;
     RenderStatistics spent_;
     int made_ = 0;

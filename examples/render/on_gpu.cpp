@@ -39,12 +39,92 @@ Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const Vis
     made.seconds_device = picture.seconds_device;
     return made;
 }
+
+struct GpuFrames::Parts {
+    std::string algorithm;
+    VisibilityOptions visibility;
+    RenderOptions options;
+    ComputeDevice device;
+    std::unique_ptr<GpuRenderer> renderer;  ///< null before the first `follow`
+    double seconds_device = 0.0;
+};
+
+GpuFrames::GpuFrames(const std::string& algorithm, const VisibilityOptions& visibility,
+                     const RenderOptions& options) {
+    GpuRenderer::check(algorithm, visibility, options);
+    parts_ = std::make_unique<Parts>(
+        Parts{algorithm, visibility, options, ComputeDevice({.device = visibility.device}), nullptr});
+}
+
+std::string GpuFrames::device() const {
+    return parts_->device.name() + ", " + parts_->device.driver();
+}
+
+void GpuFrames::follow(const EmbreeScene& scene, const SceneChange& change) {
+    if (parts_->renderer)
+        parts_->renderer->update(scene, change);
+    else
+        parts_->renderer = std::make_unique<GpuRenderer>(parts_->device, parts_->algorithm, scene,
+                                                         parts_->visibility, parts_->options);
+}
+
+GpuFrames::Frame GpuFrames::render(RenderStatistics& statistics, const Progress& progress,
+                                   const std::atomic<bool>& cancel) {
+    GpuPicture picture = parts_->renderer->render(statistics, progress, &cancel);
+    parts_->seconds_device += picture.seconds_device;
+    return {std::move(picture.linear), std::move(picture.toned)};
+}
+
+std::uint64_t GpuFrames::kept_rays() const {
+    std::uint64_t rays = 0;
+    if (!parts_->renderer)
+        return rays;
+    if (const auto mesh = parts_->renderer->mesh())
+        rays += mesh->long_rays + mesh->link_rays + mesh->listed_rays;
+    if (const auto cache = parts_->renderer->cache())
+        rays += cache->lamp_rays + cache->drop_rays + cache->link_rays + cache->listed_rays;
+    return rays;
+}
+
+double GpuFrames::seconds_device() const {
+    return parts_->seconds_device;
+}
 #else
-Run run_on_gpu(const std::string&, const EmbreeScene&, const VisibilityOptions&, const RenderOptions&) {
+namespace {
+
+[[noreturn]] void throw_no_shaders() {
     throw std::runtime_error(
         "--on gpu: this program was built without shaders, which glslc compiles (Debian: "
         "apt-get install glslc)");
 }
+
+}  // namespace
+
+Run run_on_gpu(const std::string&, const EmbreeScene&, const VisibilityOptions&, const RenderOptions&) {
+    throw_no_shaders();
+}
+
+struct GpuFrames::Parts {};
+GpuFrames::GpuFrames(const std::string&, const VisibilityOptions&, const RenderOptions&) {
+    throw_no_shaders();
+}
+std::string GpuFrames::device() const {
+    throw_no_shaders();
+}
+void GpuFrames::follow(const EmbreeScene&, const SceneChange&) {
+    throw_no_shaders();
+}
+GpuFrames::Frame GpuFrames::render(RenderStatistics&, const Progress&, const std::atomic<bool>&) {
+    throw_no_shaders();
+}
+std::uint64_t GpuFrames::kept_rays() const {
+    throw_no_shaders();
+}
+double GpuFrames::seconds_device() const {
+    throw_no_shaders();
+}
 #endif
+
+GpuFrames::~GpuFrames() = default;
 
 }  // namespace demo

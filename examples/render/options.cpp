@@ -80,6 +80,12 @@ void add_render_options(CLI::App& command, CommonOptions& options) {
     command.add_option("--device", visibility.device, "of Vulkan: its number or a part of its name");
 }
 
+void add_on_option(CLI::App& command, std::string& on) {
+    command.add_option("--on", on, "what renders: the CPU, or compute shaders on --device")
+        ->check(CLI::IsMember({"cpu", "gpu"}))
+        ->capture_default_str();
+}
+
 void add_tone_option(CLI::App& command, CommonOptions& options) {
     command
         .add_option_function<std::string>(

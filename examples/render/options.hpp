@@ -36,6 +36,8 @@ struct CommonOptions : SceneOptions {
 
 /// The options about pictures and machines.
 void add_render_options(CLI::App& command, CommonOptions& options);
+/// What renders.
+void add_on_option(CLI::App& command, std::string& on);
 /// The curve of PNG files.
 void add_tone_option(CLI::App& command, CommonOptions& options);
 /// The options about the scene itself: file, view, lights, exposure.

@@ -111,9 +111,7 @@ void add_picture_command(CLI::App& program, Ranks& ranks, int& status) {
         "begin with what --save-mesh has written, of the same algorithm, scene, lamps, r, q and g");
     command->add_option("--save-mesh", options->saved_mesh,
                         "write the cache or the light mesh to a file (cache, lmm, linked, express)");
-    command->add_option("--on", options->on, "what renders: the CPU, or compute shaders on --device")
-        ->check(CLI::IsMember({"cpu", "gpu"}))
-        ->capture_default_str();
+    add_on_option(*command, options->on);
     add_render_options(*command, *options);
     add_tone_option(*command, *options);
     command->callback([options, &ranks, &status] { status = make_picture(*options, ranks); });

@@ -66,7 +66,8 @@ uvec4 bvh_open(uint node, vec3 origin, vec3 inverse, float reach, uint order) {
     return uvec4(b.x, (found & 0xff000000u) | a.w >> 24, b.y, found & 0x00ffffffu);
 }
 
-// Embree's test, after Moeller and Trumbore: where the ray meets a triangle, if it does for 0 < t <= reach.
+// Embree's test, after Moeller and Trumbore: where the ray meets a triangle, if it does for 0 < t <= reach, or by some
+// roundings more.
 bool bvh_meets(uvec4 a, uvec4 b, uvec4 c, vec3 origin, vec3 way, float reach, out vec3 found) {
     vec3 corner = uintBitsToFloat(a.xyz);
     vec3 first = corner - uintBitsToFloat(b.xyz);
@@ -81,7 +82,7 @@ bool bvh_meets(uvec4 a, uvec4 b, uvec4 c, vec3 origin, vec3 way, float reach, ou
     float v = dot(turned, first) * side;
     float t = dot(normal, to_corner) * side;
     found = vec3(t, u, v) / size;
-    return size > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= size && t > 0.0 && t <= size * reach;
+    return size > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= size && t > 0.0 && t <= 1.000001 * size * reach;
 }
 
 // The walk of one ray: nodes and triangles that wait. What to ask of the triangles that light may pass is left to
@@ -101,7 +102,8 @@ void bvh_begin(vec3 origin, vec3 way, float reach) {
 }
 
 // Walks on. True: to `next`, a triangle that light may pass. False: to the end; or with `is_any` to an opaque triangle.
-// Opaque triangles shorten `hit`.
+// Opaque triangles shorten `hit`. Of triangles that a ray meets in one place the one of the least number counts,
+// whatever the shape of the tree.
 bool bvh_walk(vec3 origin, vec3 way, bool is_any, inout BvhHit hit, out BvhHit next) {
     bool has_next = false;
     bool is_done = false;
@@ -113,7 +115,8 @@ bool bvh_walk(vec3 origin, vec3 way, bool is_any, inout BvhHit hit, out BvhHit n
             uvec4 b = bvh_triangles[first_word + 1u];
             uvec4 c = bvh_triangles[first_word + 2u];
             vec3 found;
-            if (bvh_meets(a, b, c, origin, way, hit.t, found)) {
+            if (bvh_meets(a, b, c, origin, way, hit.t, found) &&
+                (found.x < hit.t || found.x == hit.t && a.w < hit.triangle)) {
                 has_next = b.w != 0u;
                 next = BvhHit(a.w, found.x, found.y, found.z);
                 if (!has_next)
