@@ -5,9 +5,12 @@
 
 #include "gpu/mesh_queries.hpp"
 #include "gpu_benchmark.hpp"
+#include "render/view.hpp"
 #include "shading_points.hpp"
 
 #include <lightmesh/lightmesh.hpp>
+
+#include <glm/geometric.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -34,7 +37,8 @@ using Mesh = lightmesh::LightMesh<SingleRays>;
 /// A built-in scene and what is seen of it.
 struct Stage {
     Stage(demo::Scene made, int width, int height)
-        : scene(std::move(made)), bvh(scene), points(bvh, width, height) {}
+        : scene(std::move(made)), bvh(scene), points(bvh, width, height),
+          pixel_angle(demo::View(scene.camera, width, height).pixel_angle()) {}
     Stage(const Stage&) = delete;
 
     std::vector<lightmesh::Light> lights(std::size_t count) const {
@@ -49,7 +53,23 @@ struct Stage {
     demo::Scene scene;
     demo::EmbreeScene bvh;
     bench::ShadingPoints points;
+    float pixel_angle;
 };
+
+/// Short tests, and whether points have the footprints of their pixels.
+struct Asked {
+    ShortTest short_test;
+    bool has_footprints;
+};
+constexpr Asked express{ShortTest::none, false};
+constexpr Asked linked{ShortTest::linked, false};
+constexpr Asked express_by_footprints{ShortTest::none, true};
+constexpr Asked linked_by_footprints{ShortTest::linked, true};
+
+std::string name_of(const Asked& asked) {
+    return std::string(asked.short_test == ShortTest::none ? "Express" : "Linked") +
+           (asked.has_footprints ? ", footprints" : "");
+}
 
 struct Result {
     std::size_t points = 0;
@@ -62,18 +82,22 @@ struct Result {
 
 /// Fills a mesh on the CPU, and asks it there and on the device.
 Result compare(const demo::ComputeDevice& device, const Stage& stage, std::size_t light_count,
-               ShortTest short_test, const bench::ShadingPoints& at) {
-    const std::vector<SurfacePoint> points = bench::surface_points(at);
+               const Asked& asked, const bench::ShadingPoints& at) {
+    std::vector<SurfacePoint> points = bench::surface_points(at);
+    if (asked.has_footprints)
+        for (SurfacePoint& point : points)
+            point.footprint = stage.pixel_angle * glm::distance(point.position, stage.scene.camera.eye);
     const SingleRays tracer{stage.bvh.intersector()};
     const Mesh mesh(tracer, stage.lights(light_count),
-                    {.radius = stage.scene.radius, .quality = 4.0f, .short_test = short_test});
+                    {.radius = stage.scene.radius, .quality = 4.0f, .short_test = asked.short_test});
     Result result;
     result.points = points.size();
     result.lights = light_count;
     const std::vector<float> expected = bench::ask_on_cpu(mesh, points);
 
-    // Seeds take up to 20 rays, and a point without neighbours one for each light.
-    demo::MeshQueries queries(device, 65536, 24 + static_cast<std::uint32_t>(light_count));
+    // Seeds take up to 20 rays, and a point without neighbours one for each light; on each of two levels.
+    const std::uint32_t rays_of_level = 24 + static_cast<std::uint32_t>(light_count);
+    demo::MeshQueries queries(device, 65536, asked.has_footprints ? 2 * rays_of_level : rays_of_level);
     result.bytes = queries.upload(mesh.snapshot());
     const auto answer = queries.ask(points, demo::trace_by(tracer), device.is_cpu() ? 1 : 5);
     result.seconds = answer.seconds;
@@ -84,10 +108,6 @@ Result compare(const demo::ComputeDevice& device, const Stage& stage, std::size_
     return result;
 }
 
-const char* name_of(ShortTest short_test) {
-    return short_test == ShortTest::none ? "Express" : "Linked";
-}
-
 bool run(const demo::ComputeDevice& device) {
     const int width = device.is_cpu() ? 160 : 1920;
     const int height = device.is_cpu() ? 112 : 1440;
@@ -96,30 +116,30 @@ bool run(const demo::ComputeDevice& device) {
                 "uploaded | "
                 "ms | ns a point and light |\n|---|--:|---|--:|--:|--:|--:|--:|--:|\n");
     std::size_t differing = 0;
-    const auto row = [&](const Stage& stage, std::size_t lights, ShortTest short_test,
+    const auto row = [&](const Stage& stage, std::size_t lights, const Asked& asked,
                          const bench::ShadingPoints& at) {
-        const Result r = compare(device, stage, lights, short_test, at);
+        const Result r = compare(device, stage, lights, asked, at);
         const double pairs = static_cast<double>(r.points) * static_cast<double>(r.lights);
         std::printf("| %s | %zu | %s | %zu | %zu | %zu | %.1f | %.3f | %.4f |\n", stage.scene.name.c_str(),
-                    lights, name_of(short_test), r.points, r.differing, r.missing,
+                    lights, name_of(asked).c_str(), r.points, r.differing, r.missing,
                     static_cast<double>(r.bytes) / 1e6, 1e3 * r.seconds, 1e9 * r.seconds / pairs);
         std::fflush(stdout);
         differing += r.differing;
     };
     const Stage park(demo::make_park(), width, height);
-    for (const ShortTest short_test : {ShortTest::none, ShortTest::linked})
-        row(park, 64, short_test, park.points);
+    for (const Asked& asked : {express, linked, express_by_footprints, linked_by_footprints})
+        row(park, 64, asked, park.points);
     const Stage rooms(demo::make_rooms(), width, height);
     const Stage spheres(demo::make_spheres(), width, height);
     for (const Stage* stage : {&rooms, &spheres})
-        for (const ShortTest short_test : {ShortTest::none, ShortTest::linked})
-            row(*stage, 64, short_test, stage->points);
+        for (const Asked& asked : {express, linked, linked_by_footprints})
+            row(*stage, 64, asked, stage->points);
     std::printf("\n| GLSL against the CPU, %s, all points of park, rooms, spheres: counts and bytes | %zu "
                 "differ |\n\n",
                 device.name().c_str(), differing);
     for (const auto& [lights, share] : {std::pair<std::size_t, std::size_t>{256, 8}, {1024, 32}})
-        for (const ShortTest short_test : {ShortTest::none, ShortTest::linked})
-            row(park, lights, short_test, park.points.part(park.points.size() / share));
+        for (const Asked& asked : {express, linked})
+            row(park, lights, asked, park.points.part(park.points.size() / share));
     return differing == 0;
 }
 

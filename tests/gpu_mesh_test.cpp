@@ -15,6 +15,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -62,6 +63,25 @@ struct World {
         settings.radius = radius;
         settings.quality = quality;
         settings.short_test = short_test;
+    }
+
+    /// Footprints of all kinds: in one step of a level and between two, at their ends, and those that are
+    /// none.
+    void add_footprints() {
+        const float step = settings.radius / settings.quality;
+        const float infinity = std::numeric_limits<float>::infinity();
+        const std::array odd{0.0f,       -step,       std::numeric_limits<float>::quiet_NaN(),
+                             1e-42f,     infinity,    -infinity,
+                             3e38f,      0.5f * step, step,
+                             2.0f * step};
+        test::Random random(11);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const double octave = random.uniform(-1.0, 4.0);
+            const double in_blend = std::floor(octave) - 0.2 * std::pow(random.uniform(0.0, 1.0), 3.0);
+            points[i].footprint = i % 4 == 0   ? odd[i / 4 % odd.size()]
+                                  : i % 4 == 1 ? step * static_cast<float>(std::exp2(octave))
+                                               : step * static_cast<float>(std::exp2(in_blend));
+        }
     }
 
     test::PlainTracer tracer() const { return {&scene}; }
@@ -119,6 +139,38 @@ TEST_CASE("gpu mesh: all q, without and with the linked short test") {
             check_equal(World(9, quality < 8.0f ? 100 : 12, 0.8f, quality, short_test));
         }
     CHECK(watched().messages.empty());
+}
+
+TEST_CASE("gpu mesh: footprints choose levels and blend them") {
+    for (const ShortTest short_test : {ShortTest::none, ShortTest::linked})
+        for (const float quality : {1.5f, 4.0f, 8.5f}) {
+            CAPTURE(quality);
+            CAPTURE(static_cast<int>(short_test));
+            World world(66, quality < 8.0f ? 400 : 40, 0.4f, quality, short_test);
+            world.add_footprints();
+            check_equal(world);
+            world.settings.footprint_scale = quality < 2.0f ? 0.3f : 0.0f;
+            world.settings.origin = glm::vec3(0.125f, -3.0f, 7.0f);
+            check_equal(world);
+        }
+    // As far as levels go.
+    World coarse(5, 60, 1e17f, 4.0f, ShortTest::none);
+    coarse.add_footprints();
+    check_equal(coarse);
+    CHECK(watched().messages.empty());
+}
+
+TEST_CASE("gpu mesh: where a blend begins the share is that of the CPU to the last bit") {
+    // The floats around the beginning of a blend.
+    World world(3, 300, 0.7f, 3.0f, ShortTest::none);
+    const float begin = 0.7f / 3.0f * static_cast<float>(std::exp2(-0.2));
+    for (std::size_t i = 0; i < world.points.size(); ++i) {
+        float footprint = std::ldexp(begin, static_cast<int>(i % 5));
+        for (std::size_t k = 0; k < i / 5; ++k)
+            footprint = std::nextafter(footprint, i % 2 == 0 ? 0.0f : 1e9f);
+        world.points[i].footprint = footprint;
+    }
+    check_equal(world);
 }
 
 TEST_CASE("gpu mesh: any number of lights, also none, of all kinds, with ranges and cones") {
@@ -248,7 +300,9 @@ TEST_CASE("gpu mesh: far from the origin, and at any scale") {
 
 TEST_CASE("gpu mesh: what is not known is missing, asked for and filled, until nothing is") {
     for (const ShortTest short_test : {ShortTest::none, ShortTest::linked}) {
-        const World world(70, 150, 0.8f, 3.0f, short_test);
+        World world(70, 150, 0.8f, 3.0f, short_test);
+        if (short_test == ShortTest::linked)
+            world.add_footprints();
         const Mesh mesh = world.mesh();
         demo::MeshQueries& queries = shared_queries();
         queries.upload(mesh.snapshot());
@@ -266,7 +320,9 @@ TEST_CASE("gpu mesh: what is not known is missing, asked for and filled, until n
             CHECK(!answer.overflowed);
             for (const SurfacePoint& point : answer.requests)
                 CHECK(std::ranges::any_of(world.points, [&](const SurfacePoint& p) {
-                    return p.position == point.position && p.normal == point.normal;
+                    return p.position == point.position && p.normal == point.normal &&
+                           std::bit_cast<std::uint32_t>(p.footprint) ==
+                               std::bit_cast<std::uint32_t>(point.footprint);
                 }));
             mesh.fill(answer.requests);
             queries.upload(mesh.snapshot());
@@ -347,7 +403,8 @@ struct Shadow {
 }  // namespace
 
 TEST_CASE("gpu mesh: an upload that follows changes answers as a fresh one, and writes little") {
-    const World world(70, 120, 0.8f, 3.0f, ShortTest::linked);
+    World world(70, 120, 0.8f, 3.0f, ShortTest::linked);
+    world.add_footprints();
     Mesh mesh = world.mesh();
     const auto few = std::span<const SurfacePoint>(world.points).first(100);
     mesh.fill(few);
@@ -356,13 +413,15 @@ TEST_CASE("gpu mesh: an upload that follows changes answers as a fresh one, and 
     Shadow shadow;
     for (const lightmesh::UploadBuffer& buffer : upload.buffers())
         shadow.buffers[buffer.binding].assign(buffer.bytes.begin(), buffer.bytes.end());
-    demo::MeshQueries& followed = shared_queries();
+    // Enough rays where a point has no neighbours, with all lights and on two levels.
+    constexpr std::uint32_t rays_per_point = 400;
+    demo::MeshQueries followed(watched().device, 1024, rays_per_point);
     followed.upload(mesh.snapshot());
     std::size_t all_bytes = 0;
     for (const auto& buffer : shadow.buffers)
         all_bytes += buffer.size();
 
-    demo::MeshQueries fresh(watched().device, 1024, 100);
+    demo::MeshQueries fresh(watched().device, 1024, rays_per_point);
     const std::vector<std::byte> another_grid = World(3, 0, 0.7f, 3.0f, ShortTest::none).mesh().snapshot();
     const auto check = [&] {
         const std::vector<std::byte> bytes = mesh.snapshot();

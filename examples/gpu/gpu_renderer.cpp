@@ -3,7 +3,7 @@
 
 #include "gpu/cache_shadows.hpp"
 #include "gpu/gpu_scene.hpp"
-#include "gpu/mesh_levels.hpp"
+#include "gpu/mesh_shadows.hpp"
 #include "render/stopwatch.hpp"
 
 #include <glm/vec3.hpp>
@@ -11,7 +11,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -48,14 +47,12 @@ struct BatchWords {
     std::uint32_t first;
     std::uint32_t count;
     std::uint32_t is_first_round;
-    std::uint32_t level;
     std::uint32_t attempt;
 };
 
 /// As paths.glsl has it: of the points of a round.
 struct RoundWords {
     std::uint32_t point_count = 0;
-    std::uint32_t levels = 0;
     std::uint32_t is_failed = 0;
 };
 
@@ -155,10 +152,10 @@ struct GpuRenderer::Parts {
                 sizeof(BatchWords)),
           finish(on, finish_words, bindings({}), sizeof(BatchWords)) {}
 
-    std::unique_ptr<MeshLevels> mesh_of(const std::string& algorithm, const EmbreeScene& model,
-                                        const VisibilityOptions& visibility) const {
-        return asks_mesh(algorithm) ? std::make_unique<MeshLevels>(device, model, scene,
-                                                                   with_short_test(visibility, algorithm))
+    std::unique_ptr<MeshShadows> mesh_of(const std::string& algorithm, const EmbreeScene& model,
+                                         const VisibilityOptions& visibility) const {
+        return asks_mesh(algorithm) ? std::make_unique<MeshShadows>(device, model, scene,
+                                                                    with_short_test(visibility, algorithm))
                                     : nullptr;
     }
 
@@ -225,27 +222,25 @@ struct GpuRenderer::Parts {
                                     "cache reaches");
     }
 
-    /// Shades a round's points by a level of the light mesh, until it knows all that it takes.
-    void shade_by_level(BatchWords batch, int level, const std::atomic<bool>* cancel) {
-        batch.level = static_cast<std::uint32_t>(level);
+    /// Shades a round's points by the light mesh, until it knows all that it takes.
+    void shade_by_mesh(BatchWords batch, const std::atomic<bool>* cancel) {
         int turns = 0;
-        for (auto asked = MeshLevels::Asked::points; asked != MeshLevels::Asked::nothing;) {
-            mesh->bind(shade, level);
+        for (auto asked = MeshShadows::Asked::points; asked != MeshShadows::Asked::nothing;) {
+            mesh->bind(shade);
             shade_once(batch);
-            asked = mesh->fill(level, cancel);
-            const bool is_stuck = asked == MeshLevels::Asked::same_points || ++turns > enough_turns;
+            asked = mesh->fill(cancel);
+            const bool is_stuck = asked == MeshShadows::Asked::same_points || ++turns > enough_turns;
             if (is_stuck && ++batch.attempt > most_attempts)
                 throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
                                          "lacks at a point");
         }
     }
 
-    void shade_by_host(const BatchWords& batch, std::uint32_t levels, const std::atomic<bool>* cancel) {
+    void shade_by_host(const BatchWords& batch, const std::atomic<bool>* cancel) {
         tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
         arena.execute([&] {
             if (mesh) {
-                for (std::uint32_t rest = levels; rest != 0; rest &= rest - 1)
-                    shade_by_level(batch, std::countr_zero(rest), cancel);
+                shade_by_mesh(batch, cancel);
                 return;
             }
             cache->begin_round();
@@ -268,7 +263,7 @@ struct GpuRenderer::Parts {
             if (found.point_count == 0)
                 return true;
             if (asks_host())
-                shade_by_host(batch, found.levels, cancel);
+                shade_by_host(batch, cancel);
         }
     }
 
@@ -299,7 +294,7 @@ struct GpuRenderer::Parts {
     GpuScene scene;
     ComputeBuffer paths, waiting, points, colours, finished, round;
     // Shadows are found by one of these, or by rays.
-    std::unique_ptr<MeshLevels> mesh;
+    std::unique_ptr<MeshShadows> mesh;
     std::unique_ptr<CacheShadows> cache;
     ComputeKernel trace, shade, finish;
 };
@@ -331,7 +326,7 @@ DeviceFill GpuRenderer::filled() const {
 void GpuRenderer::update(const EmbreeScene& scene, const SceneChange& change) {
     parts_->scene.update(scene, change);
     if (parts_->mesh)
-        parts_->mesh->update(change);
+        parts_->mesh->update(scene, change);
     if (parts_->cache)
         parts_->cache->update(scene, change);
 }
@@ -348,7 +343,7 @@ GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& pro
     for (std::size_t first = 0; first < parts.picture_size(); first += parts.pixels) {
         const BatchWords batch{
             static_cast<std::uint32_t>(first),
-            static_cast<std::uint32_t>((std::min)(parts.pixels, parts.picture_size() - first)), 1, 0, 0};
+            static_cast<std::uint32_t>((std::min)(parts.pixels, parts.picture_size() - first)), 1, 0};
         try {
             statistics.finished = parts.follow(batch, cancel);
         } catch (const Cancelled&) {

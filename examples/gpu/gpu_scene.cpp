@@ -6,9 +6,6 @@
 #include "render/lamps.hpp"
 #include "render/view.hpp"
 
-#include <lightmesh/settings.hpp>
-#include <lightmesh/statistics.hpp>
-
 #include <glm/vec4.hpp>
 
 #include <algorithm>
@@ -40,15 +37,6 @@ struct FrameWords {
 };
 static_assert(sizeof(FrameWords) == 12 * 16, "glm's vectors must be packed");
 
-/// Of a light mesh: radii go up to 1e18.
-float coarsest_level(float radius) {
-    int level = 0;
-    while (level + 1 < static_cast<int>(lightmesh::most_mesh_levels) &&
-           std::ldexp(radius, level + 1) <= 1e18f)
-        ++level;
-    return static_cast<float>(level);
-}
-
 FrameWords frame_of(const EmbreeScene& scene, const SceneWords& words, const VisibilityOptions& visibility,
                     const RenderOptions& options) {
     const Scene& model = scene.scene();
@@ -59,7 +47,6 @@ FrameWords frame_of(const EmbreeScene& scene, const SceneWords& words, const Vis
         return static_cast<std::uint32_t>(value);
     };
     const auto rays = static_cast<float>(visibility.area_samples);
-    const lightmesh::Settings& settings = visibility.settings;
     FrameWords frame{};
     frame.eye = {axes.eye, axes.is_orthographic ? 1.0f : 0.0f};
     frame.forward = {axes.forward, view.pixel_width()};
@@ -74,9 +61,7 @@ FrameWords frame_of(const EmbreeScene& scene, const SceneWords& words, const Vis
     frame.numbers = {number(model.lights.size()), words.words_of_vertex, number(visibility.area_samples),
                      number(std::sqrt(rays))};
     frame.attributes = words.attributes;
-    frame.output_curve = {model.exposure, options.tone == Tone::filmic ? 1.0f : 0.0f,
-                          settings.footprint_scale * settings.quality / settings.radius,
-                          coarsest_level(settings.radius)};
+    frame.output_curve = {model.exposure, options.tone == Tone::filmic ? 1.0f : 0.0f, 0.0f, 0.0f};
     return frame;
 }
 

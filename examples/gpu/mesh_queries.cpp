@@ -4,6 +4,10 @@
 #include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/gpu/upload.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
 namespace demo {
 
 namespace {
@@ -14,6 +18,16 @@ constexpr std::uint32_t query_of_quality_4[] = {
 constexpr std::uint32_t query_of_quality_16[] = {
 #include "spirv/mesh_query_16.inc"
 };
+constexpr std::uint32_t footprints_of_quality_4[] = {
+#include "spirv/mesh_query_footprints_4.inc"
+};
+constexpr std::uint32_t footprints_of_quality_16[] = {
+#include "spirv/mesh_query_footprints_16.inc"
+};
+
+/// Without footprints and with them: for q up to 4, and up to 16.
+constexpr std::array<std::span<const std::uint32_t>, 4> shaders{
+    query_of_quality_4, query_of_quality_16, footprints_of_quality_4, footprints_of_quality_16};
 
 }  // namespace
 
@@ -30,10 +44,11 @@ std::size_t MeshQueries::upload(std::span<const std::byte> snapshot) {
 
 MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> points,
                                      const TraceSegments& trace, int timed_runs) {
-    const bool is_coarse = mesh_->max_quality() <= 4;
-    HostRayQuery query{.shader = is_coarse ? std::span<const std::uint32_t>(query_of_quality_4)
-                                           : query_of_quality_16,
-                       .kernel = kernels_[is_coarse ? 0 : 1],
+    const bool has_footprints =
+        std::ranges::any_of(points, [](const auto& point) { return point.footprint != 0.0f; });
+    const std::size_t which = (mesh_->max_quality() <= 4 ? 0u : 1u) + (has_footprints ? 2u : 0u);
+    HostRayQuery query{.shader = shaders[which],
+                       .kernel = kernels_[which],
                        .bindings = mesh_->bindings(0),
                        .requests = requests_,
                        .no_requests = no_requests_,

@@ -31,7 +31,7 @@ public:
     /// were. Throws what `lightmesh::SnapshotView` and `lightmesh::MeshUpload` throw.
     std::size_t upload(std::span<const std::byte> snapshot);
 
-    /// As `HostRayQuery::ask`, without the points' footprints.
+    /// As `HostRayQuery::ask`; by footprints if a point has one.
     Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
                int timed_runs = 0);
 
@@ -41,7 +41,7 @@ private:
     std::vector<std::byte> no_requests_;
     ComputeBuffer requests_;
     std::optional<UploadedMesh> mesh_;
-    std::array<std::optional<ComputeKernel>, 2> kernels_;  ///< for q up to 4, and up to 16
+    std::array<std::optional<ComputeKernel>, 4> kernels_;  ///< of each of the shaders
 };
 
 }  // namespace demo

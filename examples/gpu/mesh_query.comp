@@ -1,7 +1,7 @@
 #version 450
 // SPDX-License-Identifier: MIT
 #extension GL_GOOGLE_include_directive : require
-// S of all lights at many points, for mesh_queries.cpp.
+// S of all lights at many points, for mesh_queries.cpp; with FOOTPRINTS by those.
 layout(local_size_x = 64) in;
 
 #include <lightmesh/gpu/lightmesh.glsl>
@@ -11,10 +11,18 @@ void main() {
     uint i = gl_GlobalInvocationID.x;
     if (!is_asked(i))
         return;
+#ifdef FOOTPRINTS
+    LightMeshBlend point = lightmesh_point(points[i].position.xyz, points[i].normal.xyz, points[i].position.w);
+#else
     LightMeshPoint point = lightmesh_point(points[i].position.xyz, points[i].normal.xyz);
+#endif
     float sum = 0.0;
     for (uint t = 0u; t < lightmesh_tile_count(); ++t) {
+#ifdef FOOTPRINTS
+        LightMeshBlendTile tile = lightmesh_tile(point, t);
+#else
         LightMeshTile tile = lightmesh_tile(point, t);
+#endif
         uint size = lightmesh_tile_size(t);
         for (uint l = 0u; l < size; ++l) {
             bool is_missing = lightmesh_is_missing(tile, l);

@@ -74,7 +74,7 @@ void main() {
         Word word = words[i];
         for (uint n = lane; n < size_of(word.points); n += lanes) {
             uint p = place_of(word.points, n);
-            if (lightmesh_sees_light(word.brick, p, word.light_slot))
+            if (lightmesh_sees_light(word.level, word.brick, p, word.light_slot))
                 atomicOr(found[2u * of_group + (p >> 5)], 1u << (p & 31u));
         }
     }

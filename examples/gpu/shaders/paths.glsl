@@ -6,13 +6,12 @@ layout(push_constant) uniform Batch {
     uint first;  // pixel of the picture, row by row
     uint count;
     uint is_first_round;
-    uint level;    // of the light mesh that is asked
-    uint attempt;  // to ask it: by how many roundings points lie off their surface
+    uint attempt;  // to ask a light mesh: by how many roundings points lie off their surface
 }
 batch;
 
 // Two words of four each pixel: of its random numbers, the next sample, rays that wait; then counts of all rounds:
-// surface points, mirrored and refracted rays, shadow rays, and what there is to do now: some of the three below.
+// surface points, mirrored and refracted rays, shadow rays, and what there is to do now: some of the two below.
 layout(std430, set = 0, binding = 7) buffer Paths {
     uvec4 paths[];
 };
@@ -29,32 +28,12 @@ layout(std430, set = 0, binding = 10) buffer Colours {
 };
 layout(std430, set = 0, binding = 12) buffer Round {
     uint point_count;
-    uint levels;     // of light meshes that the points ask for, a bit each
     uint is_failed;  // whether a point lies where a mesh has none
 }
 this_round;
 
 const uint has_point = 1u;
-const uint asks_level = 2u;
-const uint asks_next_level = 4u;
-
-// The level of a light mesh that serves a footprint, and how much of the next one is blended in: LevelRule of
-// mesh/level.hpp.
-float level_of(float footprint, out uint level) {
-    const float begin_of_blend = 0.8705505632961241;
-    float steps = footprint * frame.output_curve.z;
-    level = 0u;
-    if (!(steps > begin_of_blend))
-        return 0.0;
-    int coarsest = int(frame.output_curve.w);
-    level = uint(coarsest);
-    if (steps >= ldexp(0.5, coarsest))
-        return 0.0;
-    int exponent;
-    float place = frexp(steps, exponent);
-    level = uint(exponent);
-    return max((place - begin_of_blend) / (1.0 - begin_of_blend), 0.0);
-}
+const uint waits_for_shadows = 2u;
 
 struct PathRay {
     vec3 origin;

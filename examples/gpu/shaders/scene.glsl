@@ -14,7 +14,7 @@ layout(std140, set = 0, binding = 0) uniform Frame {
     uvec4 tables_at;    // in `tables`: materials, lights, textures, the sRGB curve
     uvec4 numbers;      // lights, words of a vertex, rays to a lamp of a size, their rings
     uvec4 attributes;   // in a vertex, 0 for none: normal, colour, first and second texture coordinates
-    vec4 output_curve;  // exposure; 1 for the filmic curve; steps of a light mesh a footprint; its coarsest level
+    vec4 output_curve;  // exposure; 1 for the filmic curve
 }
 frame;
 

@@ -35,7 +35,7 @@ void main() {
     if (pixel >= batch.count)
         return;
     uint to_do = paths[2u * pixel + 1u].w;
-    if ((to_do & asks_level) == 0u)
+    if ((to_do & waits_for_shadows) == 0u)
         return;
     PathPoint point = read_point(pixel);
     uvec4 triangle = corners[point.triangle];
@@ -72,5 +72,5 @@ void main() {
         return;
     }
     colours[pixel].rgb += point.weight * sum;
-    paths[2u * pixel + 1u].w = to_do & ~asks_level;
+    paths[2u * pixel + 1u].w = to_do & ~waits_for_shadows;
 }

@@ -1,8 +1,8 @@
 #version 450
 // SPDX-License-Identifier: MIT
 
-// Shades each pixel's point by a level of a light mesh, if it is one of those that serve it. What the level does not
-// know it writes to the request buffer; the point waits until it does.
+// Shades each pixel's point by a light mesh. What the mesh does not know is written to the request buffer; the point
+// waits until it does.
 
 #extension GL_GOOGLE_include_directive : require
 #define BVH_OPEN
@@ -26,22 +26,20 @@ void main() {
     if (pixel >= batch.count)
         return;
     uint to_do = paths[2u * pixel + 1u].w;
-    PathPoint point = read_point(pixel);
-    uint level;
-    float next_share = level_of(point.footprint, level);
-    uint asks = batch.level == level ? asks_level : batch.level == level + 1u ? asks_next_level : 0u;
-    if ((to_do & asks) == 0u)
+    if ((to_do & waits_for_shadows) == 0u)
         return;
+    PathPoint point = read_point(pixel);
     uvec4 triangle = corners[point.triangle];
     uint at = material_at(triangle);
     Material material = read_material(at);
     Surface surface = surface_at(at, material, triangle, point.u, point.v);
-    vec3 sum = vec3(0.0);
+    vec3 sum = frame.ambient.rgb * surface.diffuse +
+               surface.alpha * emission_at(at, material, triangle, point.u, point.v);
     // Of a ray along an edge the host may say another thing: it then never fills what the device lacks.
     vec3 asked = point.position + float(batch.attempt) * frame.ambient.w * point.normal;
-    LightMeshPoint query = lightmesh_point(asked, point.normal);
+    LightMeshBlend query = lightmesh_point(asked, point.normal, point.footprint);
     for (uint t = 0u; t < lightmesh_tile_count(); ++t) {
-        LightMeshTile tile = lightmesh_tile(query, t);
+        LightMeshBlendTile tile = lightmesh_tile(query, t);
         if (tile.missing != uvec2(0u)) {
             if ((tile.why & ~lightmesh_not_filled) == 0u)
                 return;
@@ -56,10 +54,6 @@ void main() {
                    reflected_share(material, surface, point.shading_normal, point.ray_direction, found.to_light);
         }
     }
-    sum *= asks == asks_level ? 1.0 - next_share : next_share;
-    if (asks == asks_level)
-        sum += frame.ambient.rgb * surface.diffuse +
-               surface.alpha * emission_at(at, material, triangle, point.u, point.v);
     colours[pixel].rgb += point.weight * sum;
-    paths[2u * pixel + 1u].w = to_do & ~asks;
+    paths[2u * pixel + 1u].w = to_do & ~waits_for_shadows;
 }

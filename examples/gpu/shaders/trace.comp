@@ -137,12 +137,7 @@ void main() {
         point.seed = random_next(state.random);
         write_point(pixel, point);
         ++counts.x;
-        uint level;
-        bool is_between = level_of(point.footprint, level) > 0.0;
-        to_do = has_point | asks_level | (is_between ? asks_next_level : 0u);
-        uint asked = (is_between ? 3u : 1u) << level;
-        if ((this_round.levels & asked) != asked)
-            atomicOr(this_round.levels, asked);
+        to_do = has_point | waits_for_shadows;
         atomicAdd(this_round.point_count, 1u);
         if (ray.depth >= frame.picture.w)
             break;

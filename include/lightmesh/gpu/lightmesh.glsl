@@ -17,6 +17,11 @@
 //                 color += light[lightmesh_light_at(t, l)] * lightmesh_visibility(tile, l);
 //     }
 //
+// A point with a footprint (world units; see `SurfacePoint`) is answered by one level of the mesh, or between two:
+//
+//     LightMeshBlend point = lightmesh_point(P, n, footprint);
+//     LightMeshBlendTile tile = lightmesh_tile(point, t);            // and so on, by functions of the same names
+//
 // What the mesh does not know yet is missing, which is not the same as dark: the query has then written P and
 // n to the request buffer, once for points that lie close together. Hand them to `fill` on the CPU
 // (`read_requests`), upload what changed and ask again.
@@ -57,12 +62,16 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 #endif
 
 // As mesh_upload.hpp lays them out.
-layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING) readonly buffer LightMeshHeader {
+struct LightMeshLevel {
     uvec2 step;  // doubles: low word, high word
     uvec2 inverse_step;
     uvec2 origin[3];
     float step_float;
     float reach;  // of segments to far lights, world units
+    float seed_bounds[32];  // from |P|_inf = seed_bounds[i] on seeds are sought 2^(i - 6) steps in front of P
+};
+layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING) readonly buffer LightMeshHeader {
+    uvec2 steps_per_footprint;  // a double
     float quality;
     uint short_test;  // 0: none, 1: linked
     uint fraction_bits;
@@ -73,7 +82,9 @@ layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING) readonly buffer
     uint brick_words;   // of a brick's record
     int flood_side;     // of the box of a flood, in bricks
     uint flood_words;   // 32 bricks of it each
-    float seed_bounds[32];  // from |P|_inf = seed_bounds[i] on seeds are sought 2^(i - 6) steps in front of P
+    int coarsest;       // level
+    uint unused;
+    LightMeshLevel levels[];
 } lightmesh;
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 1) readonly buffer LightMeshLights {
     uint lightmesh_lights[];
@@ -202,6 +213,46 @@ LightMeshFixed lightmesh_fixed(uvec2 a) {
         return LightMeshFixed(-int(whole) - (has_fraction ? 1 : 0), high, low);
     }
     return LightMeshFixed(int(whole), high, low);
+}
+
+// ---- levels
+
+// The level that serves a footprint, and how much of the next one is blended in, as `LevelRule`.
+struct LightMeshLevels {
+    int level;
+    float coarser_share;
+};
+
+LightMeshLevels lightmesh_levels(float footprint) {
+    const uvec2 begin_of_blend = uvec2(0xdadbe120u, 0x3febdb8cu);   // 2^-0.2
+    const uvec2 width_of_blend = uvec2(0x94907b80u, 0x3fc091ccu);   // 1 - 2^-0.2
+    const uint infinity = 0x7f800000u;
+    uint bits = floatBitsToUint(footprint);
+    // 0, negative, NaN
+    if (bits - 1u >= infinity || lightmesh.steps_per_footprint.y == 0u)
+        return LightMeshLevels(0, 0.0);
+    if (bits == infinity)
+        return LightMeshLevels(lightmesh.coarsest, 0.0);
+    uvec2 steps = lightmesh_double_multiply(lightmesh_double_of(footprint), lightmesh.steps_per_footprint);
+    if (!lightmesh_double_less(begin_of_blend, steps))
+        return LightMeshLevels(0, 0.0);
+    int level = lightmesh_double_exponent(steps) + 1;
+    if (level >= lightmesh.coarsest)
+        return LightMeshLevels(lightmesh.coarsest, 0.0);
+    uvec2 place_in_octave = lightmesh_double_scale(steps, -level);
+    if (!lightmesh_double_less(begin_of_blend, place_in_octave))
+        return LightMeshLevels(level, 0.0);
+    uvec2 share =
+        lightmesh_double_divide(lightmesh_double_subtract(place_in_octave, begin_of_blend), width_of_blend);
+    return LightMeshLevels(level, lightmesh_double_to_float(share));
+}
+
+// S between two levels.
+float lightmesh_blended(float fine, float coarse, float coarser_share) {
+    uvec2 from = lightmesh_double_of(fine);
+    uvec2 way = lightmesh_double_subtract(lightmesh_double_of(coarse), from);
+    return lightmesh_double_to_float(
+        lightmesh_double_add(from, lightmesh_double_multiply(lightmesh_double_of(coarser_share), way)));
 }
 
 // ---- lights: chi of equation (3), ranges and cones
@@ -367,6 +418,8 @@ struct LightMeshPoint {
     vec3 normal;  // as it was given
     vec3 unit;
     vec3 end;      // the surface end of segments
+    float footprint;  // as it was given
+    int level;
     uint missing;  // why all of it is; 0: it is not
     int m;         // number of light points that are averaged; 0: shadow rays decide; -1: not counted yet
     bool is_requested;
@@ -421,15 +474,15 @@ int lightmesh_bits_in(uvec2 mask) {
     return counts.x + counts.y;
 }
 
-int lightmesh_lowest_height(float largest) {
+int lightmesh_lowest_height(int level, float largest) {
     // 2^15 (2 + 2^f largest 2^-22 / step): where it is far from a whole number floats are enough.
     float scale = uintBitsToFloat(uint(127 + int(lightmesh.fraction_bits) - 7) << 23);
-    float guess = (largest / lightmesh.step_float) * scale;
+    float guess = (largest / lightmesh.levels[level].step_float) * scale;
     float fraction = fract(guess);
     if (guess < 65536.0 && fraction > 0.02 && fraction < 0.98)
         return 65536 + int(guess);
     uvec2 rounding = lightmesh_double_of(largest);
-    rounding = lightmesh_double_divide(lightmesh_double_scale(rounding, -22), lightmesh.step);
+    rounding = lightmesh_double_divide(lightmesh_double_scale(rounding, -22), lightmesh.levels[level].step);
     rounding = lightmesh_double_scale(rounding, int(lightmesh.fraction_bits));
     uvec2 height = lightmesh_double_scale(lightmesh_double_add(lightmesh_double_of(2.0), rounding), 15);
     return lightmesh_double_exponent(height) >= 31 ? 0x7fffffff : lightmesh_double_floor(height);
@@ -447,8 +500,8 @@ bool lightmesh_find_hemisphere(inout LightMeshPoint p, out LightMeshGridPos grid
     LightMeshFixed quality = lightmesh_fixed(lightmesh_double_of(lightmesh.quality));
     for (int axis = 0; axis < 3; ++axis) {
         uvec2 at = lightmesh_double_multiply(
-            lightmesh_double_subtract(lightmesh_double_of(p.position[axis]), lightmesh.origin[axis]),
-            lightmesh.inverse_step);
+            lightmesh_double_subtract(lightmesh_double_of(p.position[axis]), lightmesh.levels[p.level].origin[axis]),
+            lightmesh.levels[p.level].inverse_step);
         grid_pos.at[axis] = at;
         if (!lightmesh_double_less(lightmesh_double_abs(at), lightmesh_double_of(16777152.0)))
             return false;
@@ -466,17 +519,17 @@ bool lightmesh_find_hemisphere(inout LightMeshPoint p, out LightMeshGridPos grid
         LightMeshFixed fixed_slope = lightmesh_fixed(lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), 15));
         p.hemisphere.slope[axis] = fixed_slope.whole + int(fixed_slope.high >> 31);
     }
-    p.hemisphere.lowest_height = lightmesh_lowest_height(lightmesh_largest(p.position));
+    p.hemisphere.lowest_height = lightmesh_lowest_height(p.level, lightmesh_largest(p.position));
     return true;
 }
 
 // ---- bricks
 
-// Word of the record of a brick; 0xffffffff if it is not there.
-uint lightmesh_find_brick(ivec3 coord) {
+// Word of the record of a level's brick; 0xffffffff if it is not there.
+uint lightmesh_find_brick(int level, ivec3 coord) {
     ivec3 region = coord >> 2;
     uvec3 r = uvec3(region);
-    uint hash = r.x * 0x9e3779b1u ^ r.y * 0x85ebca77u ^ r.z * 0xc2b2ae3du;
+    uint hash = r.x * 0x9e3779b1u ^ r.y * 0x85ebca77u ^ r.z * 0xc2b2ae3du ^ uint(level) * 0x27d4eb2fu;
     hash ^= hash >> 15;
     for (uint slot = hash & lightmesh.slot_mask;; slot = (slot + 1u) & lightmesh.slot_mask) {
         uint named = lightmesh_directory[4u * slot + 3u];
@@ -484,10 +537,10 @@ uint lightmesh_find_brick(ivec3 coord) {
             return lightmesh_no_brick;
         ivec3 of = ivec3(lightmesh_directory[4u * slot], lightmesh_directory[4u * slot + 1u],
                          lightmesh_directory[4u * slot + 2u]);
-        if (of != region)
+        if (of != region || named >> 27 != uint(level))
             continue;
         uint in_region = uint((coord.x & 3) + 4 * (coord.y & 3) + 16 * (coord.z & 3));
-        uint brick = lightmesh_directory[lightmesh.first_region + 64u * (named - 1u) + in_region];
+        uint brick = lightmesh_directory[lightmesh.first_region + 64u * ((named & 0x07ffffffu) - 1u) + in_region];
         return brick == 0u ? lightmesh_no_brick : (brick - 1u) * lightmesh.brick_words;
     }
 }
@@ -506,8 +559,8 @@ uvec2 lightmesh_brick_pair(uint word) {
 // ---- floods: what the seeds of the linked short test reach
 
 // Place plus one in `lightmesh_bits` of the flood of a light point; 0 if nobody has looked.
-uint lightmesh_find_flood(ivec3 seed) {
-    uint brick = lightmesh_find_brick(seed >> 2);
+uint lightmesh_find_flood(int level, ivec3 seed) {
+    uint brick = lightmesh_find_brick(level, seed >> 2);
     if (brick == lightmesh_no_brick)
         return 0u;
     uint table = lightmesh_bricks[brick];
@@ -555,7 +608,7 @@ uvec2 lightmesh_reached_by_all(LightMeshFloods floods, ivec3 coord) {
 
 // ---- requests
 
-// Asks for what P lacks, once for the points of a cell of half a step whose normals have the same signs.
+// Asks for what P lacks on its level, once for the points of a cell of half a step whose normals have the same signs.
 void lightmesh_request(inout LightMeshPoint p) {
     if (p.is_requested)
         return;
@@ -564,7 +617,7 @@ void lightmesh_request(inout LightMeshPoint p) {
     uvec3 cell = uvec3(8 * p.hemisphere.first + (p.hemisphere.position >> bits));
     uvec3 signs = uvec3(lessThan(p.hemisphere.slope, ivec3(0)));
     uint key = cell.x * 0x9e3779b1u + cell.y * 0x85ebca77u + cell.z * 0xc2b2ae3du +
-               (signs.x + 2u * signs.y + 4u * signs.z) * 0x27d4eb2fu;
+               (signs.x + 2u * signs.y + 4u * signs.z + 8u * uint(p.level)) * 0x27d4eb2fu;
     key ^= key >> 16;
     key *= 0x7feb352du;
     key ^= key >> 15;
@@ -579,11 +632,12 @@ void lightmesh_request(inout LightMeshPoint p) {
         uint record = atomicAdd(lightmesh_requests.count, 1u);
         if (record >= lightmesh_requests.capacity)
             return;
-        uint at = slot_count + 6u * record;
+        uint at = slot_count + 7u * record;
         for (int axis = 0; axis < 3; ++axis) {
             lightmesh_requests.words[at + uint(axis)] = floatBitsToUint(p.position[axis]);
             lightmesh_requests.words[at + 3u + uint(axis)] = floatBitsToUint(p.normal[axis]);
         }
+        lightmesh_requests.words[at + 6u] = floatBitsToUint(p.footprint);
         return;
     }
     atomicAdd(lightmesh_requests.dropped, 1u);
@@ -591,11 +645,12 @@ void lightmesh_request(inout LightMeshPoint p) {
 
 // ---- the linked short test
 
-vec3 lightmesh_light_point(ivec3 light_point) {
+vec3 lightmesh_light_point(int level, ivec3 light_point) {
     vec3 position;
     for (int axis = 0; axis < 3; ++axis)
         position[axis] = lightmesh_double_to_float(lightmesh_double_add(
-            lightmesh.origin[axis], lightmesh_double_multiply(lightmesh.step, lightmesh_double_of(light_point[axis]))));
+            lightmesh.levels[level].origin[axis],
+            lightmesh_double_multiply(lightmesh.levels[level].step, lightmesh_double_of(light_point[axis]))));
     return position;
 }
 
@@ -631,7 +686,7 @@ bool lightmesh_bricks_agree(LightMeshPoint p, uint tile, uvec2 lights) {
                 uvec2 mask = lightmesh_brick_mask(p.hemisphere, ivec3(x, y, z));
                 if ((mask.x | mask.y) == 0u)
                     continue;
-                uint brick = lightmesh_find_brick(p.hemisphere.first + ivec3(x, y, z));
+                uint brick = lightmesh_find_brick(p.level, p.hemisphere.first + ivec3(x, y, z));
                 uvec2 uniform_lights = uvec2(0u), lit = uvec2(0u);
                 if (brick != lightmesh_no_brick) {
                     uint record = lightmesh_tile_record(brick, tile);
@@ -702,7 +757,7 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshGridPos grid_pos) {
     // As `SeedCandidates`.
     float largest = lightmesh_largest(p.position);
     int in_front = -7;
-    for (int i = 0; i < 32 && largest >= lightmesh.seed_bounds[i]; ++i)
+    for (int i = 0; i < 32 && largest >= lightmesh.levels[p.level].seed_bounds[i]; ++i)
         ++in_front;
     ivec3 low, fraction;
     for (int axis = 0; axis < 3; ++axis) {
@@ -741,14 +796,14 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshGridPos grid_pos) {
             seed = lightmesh_point_at(p, (2 * far_seeds + 1) * size / 24);
             ++far_seeds;
         }
-        if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(seed)))
+        if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(p.level, seed)))
             continue;
         if (is_uniform) {
-            p.uniform_brick = lightmesh_find_brick(seed >> 2);
+            p.uniform_brick = lightmesh_find_brick(p.level, seed >> 2);
             p.m = 1;  // as good as all of them
             return;
         }
-        uint flood = lightmesh_find_flood(seed);
+        uint flood = lightmesh_find_flood(p.level, seed);
         if (flood == 0u) {
             p.missing = lightmesh_not_filled;
             return;
@@ -764,11 +819,13 @@ void lightmesh_link(inout LightMeshPoint p, LightMeshGridPos grid_pos) {
 }
 #endif
 
-// Begins a query at P (world units) with the geometric normal n on the side that is shaded, of any length.
-LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
+// Begins a query of one level.
+LightMeshPoint lightmesh_point_on(int level, vec3 P, vec3 n, float footprint) {
     LightMeshPoint p;
     p.position = P;
     p.normal = n;
+    p.footprint = footprint;
+    p.level = level;
     p.missing = 0u;
     p.m = 0;
     p.is_requested = false;
@@ -783,7 +840,8 @@ LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
         return p;
     }
     p.unit = lightmesh_unit(n);
-    precise float offset = lightmesh_largest(P) * 1.9073486328125e-6 + lightmesh.step_float * 4.8828125e-4;
+    precise float offset =
+        lightmesh_largest(P) * 1.9073486328125e-6 + lightmesh.levels[level].step_float * 4.8828125e-4;
     precise vec3 end = P + offset * p.unit;
     p.end = end;
     LightMeshGridPos grid_pos;
@@ -805,6 +863,11 @@ LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
     lightmesh_link(p, grid_pos);
 #endif
     return p;
+}
+
+// Begins a query at P (world units) with the geometric normal n on the side that is shaded, of any length.
+LightMeshPoint lightmesh_point(vec3 P, vec3 n) {
+    return lightmesh_point_on(0, P, n, 0.0);
 }
 
 // ---- the sum of equation (3)
@@ -879,37 +942,39 @@ uvec2 lightmesh_lights_of(uint groups) {
 
 #ifndef LIGHTMESH_NO_RAYS
 // The light's end of a shadow ray from `end`.
-vec3 lightmesh_light_end(uint light, vec3 end) {
+vec3 lightmesh_light_end(int level, uint light, vec3 end) {
+    float step = lightmesh.levels[level].step_float, reach = lightmesh.levels[level].reach;
     vec3 at = lightmesh_light_vector(light);
     if ((lightmesh_lights[light + 3u] & lightmesh_is_directional) != 0u) {
-        precise vec3 far = end + at * lightmesh.reach;
+        precise vec3 far = end + at * reach;
         return far;
     }
     float largest = lightmesh_largest(at);
     precise vec3 to_light = at - end;
-    if (largest > 16384.0 * lightmesh.step_float) {
+    if (largest > 16384.0 * step) {
         float size = lightmesh_largest(to_light);
-        if (size * length(to_light / size) > lightmesh.reach) {
-            precise vec3 far = end + lightmesh_unit(to_light) * lightmesh.reach;
+        if (size * length(to_light / size) > reach) {
+            precise vec3 far = end + lightmesh_unit(to_light) * reach;
             return far;
         }
     }
-    precise float offset = largest * 1.9073486328125e-6 + lightmesh.step_float * 4.8828125e-4;
+    precise float offset = largest * 1.9073486328125e-6 + step * 4.8828125e-4;
     float distance = lightmesh_root(lightmesh_length_squared(to_light));
     float share = distance > 2.0 * offset ? lightmesh_quotient(offset, distance) : 0.5;
     precise vec3 short_of_light = at - to_light * share;
     return short_of_light;
 }
 
-// A long test, as `fill` traces it on the CPU: whether light point p of a brick (see `LongTestWord`) sees the light
-// in a slot, 64 * tile + l.
-bool lightmesh_sees_light(ivec3 brick, uint p, uint slot) {
+// A long test, as `fill` traces it on the CPU: whether light point p of a level's brick (see `LongTestWord`) sees the
+// light in a slot, 64 * tile + l.
+bool lightmesh_sees_light(uint of_level, ivec3 brick, uint p, uint slot) {
+    int level = int(of_level);
     ivec3 in_brick = ivec3((p & 1u) | (p >> 2 & 2u), (p >> 1 & 1u) | (p >> 3 & 2u), (p >> 2 & 1u) | (p >> 4 & 2u));
-    vec3 point = lightmesh_light_point(4 * brick + in_brick);
+    vec3 point = lightmesh_light_point(level, 4 * brick + in_brick);
     uint light = lightmesh_light(slot);
-    vec3 end = lightmesh_light_end(light, point);
+    vec3 end = lightmesh_light_end(level, light, point);
     bool is_far = (lightmesh_lights[light + 3u] & lightmesh_is_directional) != 0u ||
-                  lightmesh_largest(lightmesh_light_vector(light)) > 16384.0 * lightmesh.step_float;
+                  lightmesh_largest(lightmesh_light_vector(light)) > 16384.0 * lightmesh.levels[level].step_float;
     return is_far ? lightmesh_is_open(point, end) : lightmesh_is_open(end, point);
 }
 #endif
@@ -955,7 +1020,7 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
                 if ((mask.x | mask.y) == 0u)
                     continue;
                 m += lightmesh_bits_in(mask);
-                uint brick = lightmesh_find_brick(coord);
+                uint brick = lightmesh_find_brick(p.level, coord);
                 if (brick == lightmesh_no_brick) {
                     missing_groups = groups;
                     continue;
@@ -998,7 +1063,7 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
         for (uint l = 0u; l < 64u; ++l) {
             uint word = l < 32u ? tile.reaching.x : tile.reaching.y;
             if ((word >> (l & 31u) & 1u) == 0u ||
-                !lightmesh_is_open(p.end, lightmesh_light_end(lightmesh_light(64u * t + l), p.end)))
+                !lightmesh_is_open(p.end, lightmesh_light_end(p.level, lightmesh_light(64u * t + l), p.end)))
                 continue;
             if (l < 32u)
                 tile.planes[0].x |= 1u << l;
@@ -1036,6 +1101,75 @@ bool lightmesh_is_missing(LightMeshTile tile, uint l) {
 float lightmesh_visibility(LightMeshTile tile, uint l) {
     uint count = lightmesh_count_of(tile, l);
     return count == 0u ? 0.0 : lightmesh_quotient(float(count), float(tile.m));
+}
+
+// ---- points with footprints
+
+struct LightMeshBlend {
+    float coarser_share;  // 0: there is only one level
+    LightMeshPoint fine;
+    LightMeshPoint coarse;
+};
+
+// 64 lights at such a point.
+struct LightMeshBlendTile {
+    float coarser_share;
+    uvec2 missing;  // as of `LightMeshTile`
+    uint why;
+    LightMeshTile fine;
+    LightMeshTile coarse;
+};
+
+// Begins a query at a point with a footprint, world units; 0, NaN or negative: none.
+LightMeshBlend lightmesh_point(vec3 P, vec3 n, float footprint) {
+    LightMeshLevels levels = lightmesh_levels(footprint);
+    LightMeshBlend p;
+    p.coarser_share = levels.coarser_share;
+    int last = levels.level + (levels.coarser_share > 0.0 ? 1 : 0);
+    for (int level = levels.level; level <= last; ++level) {
+        LightMeshPoint on = lightmesh_point_on(level, P, n, footprint);
+        if (level == levels.level)
+            p.fine = on;
+        else
+            p.coarse = on;
+    }
+    return p;
+}
+
+// As of a point without a footprint.
+LightMeshBlendTile lightmesh_tile(inout LightMeshBlend p, uint t) {
+    LightMeshBlendTile tile;
+    tile.coarser_share = p.coarser_share;
+    tile.missing = uvec2(0u);
+    tile.why = 0u;
+    int count = p.coarser_share > 0.0 ? 2 : 1;
+    for (int i = 0; i < count; ++i) {
+        LightMeshPoint on = p.fine;
+        if (i == 1)
+            on = p.coarse;
+        LightMeshTile found = lightmesh_tile(on, t);
+        tile.missing |= found.missing;
+        tile.why |= found.why;
+        if (i == 0) {
+            p.fine = on;
+            tile.fine = found;
+        } else {
+            p.coarse = on;
+            tile.coarse = found;
+        }
+    }
+    return tile;
+}
+
+bool lightmesh_is_missing(LightMeshBlendTile tile, uint l) {
+    return ((l < 32u ? tile.missing.x : tile.missing.y) >> (l & 31u) & 1u) != 0u;
+}
+
+float lightmesh_visibility(LightMeshBlendTile tile, uint l) {
+    float fine = lightmesh_visibility(tile.fine, l);
+    if (!(tile.coarser_share > 0.0))
+        return fine;
+    return lightmesh_blended(fine, lightmesh_visibility(tile.coarse, l), tile.coarser_share);
 }
 
 #endif

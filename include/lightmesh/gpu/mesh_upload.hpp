@@ -14,6 +14,7 @@
 #include <lightmesh/snapshot.hpp>
 
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <array>
@@ -30,9 +31,9 @@
 
 namespace lightmesh {
 
-/// A mesh as shaders read it (see lightmesh.glsl): what to bind, and what to write again when the mesh has
-/// been filled further, or has changed. Made from a `SnapshotView`, which has checked all bytes. Of a mesh
-/// with footprints it is level 0: shaders answer all points as if they had none.
+/// A mesh as shaders read it (see lightmesh.glsl), with all of its levels: what to bind, and what to write
+/// again when the mesh has been filled further, or has changed. Made from a `SnapshotView`, which has checked
+/// all bytes.
 ///
 ///     MeshUpload upload(SnapshotView(bytes));
 ///     for (const UploadBuffer& buffer : upload.buffers())  ...                    // create and bind them
@@ -72,13 +73,15 @@ public:
         if (reader->settings().short_test == ShortTest::exact)
             throw std::invalid_argument("lightmesh: ShortTest::exact takes a ray to each light point, and is "
                                         "not for shaders; use linked, or none");
-        const detail::MeshView& mesh = reader->finest().view();
-        if (!fits(mesh))
-            start_anew(mesh);
-        set_header(mesh);
-        set_lights(*mesh.lights);
+        const detail::MeshView& finest = reader->finest().view();
+        if (!fits(finest))
+            start_anew(*reader);
+        set_header(*reader);
+        set_lights(*finest.lights);
         ++round_;
-        reader->finest().for_each_brick([&](const detail::Brick& brick) { set_brick(mesh, brick); });
+        reader->for_each([&](int k, const detail::SnapshotLevel& level) {
+            level.for_each_brick([&](const detail::Brick& brick) { set_brick(level.view(), k, brick); });
+        });
         remove_others();
         std::vector<UploadRange> ranges;
         for (std::uint32_t i = 0; i < buffer_count; ++i)
@@ -100,8 +103,11 @@ private:
     static constexpr std::size_t brick_head = 4;
     static constexpr std::size_t tile_words = 16;
     static constexpr std::size_t seed_bounds = 32;
-    static constexpr std::size_t header_words = 22 + seed_bounds;
+    static constexpr std::size_t header_words = 14;
+    static constexpr std::size_t level_words = 12 + seed_bounds;
     static constexpr std::uint32_t cell_points = 8;
+    static constexpr int region_bits = 27;                             ///< of their numbers; above: the level
+    static constexpr std::size_t most_regions = std::size_t{1} << 25;  ///< words of more have no number
 
     detail::UploadWords& words(Buffer buffer) { return words_[buffer]; }
 
@@ -111,7 +117,8 @@ private:
                step_ == mesh.grid->step() && origin_ == mesh.grid->origin();
     }
 
-    void start_anew(const detail::MeshView& mesh) {
+    void start_anew(const detail::SnapshotReader& reader) {
+        const detail::MeshView& mesh = reader.finest().view();
         *this = MeshUpload();
         tile_count_ = mesh.lights->tile_count();
         quality_ = mesh.grid->quality();
@@ -119,43 +126,53 @@ private:
         origin_ = mesh.grid->origin();
         brick_words_ = brick_head + tile_words * tile_count_;
         flood_slots_ = detail::FloodBox::slots(quality_);
-        words(header).grow(header_words);
+        const auto levels = static_cast<std::size_t>(reader.rule().coarsest()) + 1;
+        words(header).grow(header_words + level_words * levels);
+        for (std::size_t k = 0; k < levels; ++k)
+            set_level(header_words + level_words * k, reader.grid_of(static_cast<int>(k)));
         words(bricks).grow(1);
         words(bits).grow(1);
         make_directory(4);
     }
 
-    void set_header(const detail::MeshView& mesh) {
+    /// At `at` in the header what levels differ in.
+    void set_level(std::size_t at, const Grid& grid) {
         detail::UploadWords& to = words(header);
-        const Grid& grid = *mesh.grid;
-        to.set(0, grid.step());
-        to.set(2, 1.0 / grid.step());
+        to.set(at, grid.step());
+        to.set(at + 2, 1.0 / grid.step());
         for (int axis = 0; axis < 3; ++axis)
-            to.set(4 + 2 * static_cast<std::size_t>(axis), grid.origin()[axis]);
-        to.set(10, static_cast<float>(grid.step()));
-        to.set(11, static_cast<float>(grid.step() * Grid::max_index));
-        to.set(12, grid.quality());
-        to.set(13, mesh.settings->short_test == ShortTest::linked ? 1u : 0u);
-        const detail::Hemisphere at_origin(grid, glm::dvec3(0.0), glm::vec3(0.0f), glm::vec3(0.0f));
-        to.set(14, static_cast<std::uint32_t>(at_origin.fraction_bits));
-        to.set(15, static_cast<std::uint32_t>(at_origin.radius_squared));
-        to.set(16, static_cast<std::uint32_t>(mesh.lights->size()));
-        to.set(19, static_cast<std::uint32_t>(brick_words_));
-        to.set(20, static_cast<std::uint32_t>(detail::FloodBox::side_of(quality_)));
-        to.set(21, flood_words());
+            to.set(at + 4 + 2 * static_cast<std::size_t>(axis), grid.origin()[axis]);
+        to.set(at + 10, static_cast<float>(grid.step()));
+        to.set(at + 11, static_cast<float>(grid.step() * Grid::max_index));
         for (std::size_t i = 0; i < seed_bounds; ++i)
-            to.set(22 + i, seed_bound(static_cast<int>(i) - 6));
+            to.set(at + 12 + i, seed_bound(static_cast<int>(i) - 6, grid.step()));
+    }
+
+    void set_header(const detail::SnapshotReader& reader) {
+        detail::UploadWords& to = words(header);
+        to.set(0, reader.rule().steps_per_footprint());
+        to.set(2, quality_);
+        to.set(3, reader.settings().short_test == ShortTest::linked ? 1u : 0u);
+        const detail::Hemisphere at_origin(reader.finest().grid(), glm::dvec3(0.0), glm::vec3(0.0f),
+                                           glm::vec3(0.0f));
+        to.set(4, static_cast<std::uint32_t>(at_origin.fraction_bits));
+        to.set(5, static_cast<std::uint32_t>(at_origin.radius_squared));
+        to.set(6, static_cast<std::uint32_t>(reader.lights().size()));
+        to.set(9, static_cast<std::uint32_t>(brick_words_));
+        to.set(10, static_cast<std::uint32_t>(detail::FloodBox::side_of(quality_)));
+        to.set(11, flood_words());
+        to.set(12, static_cast<std::uint32_t>(reader.rule().coarsest()));
     }
 
     /// The least magnitude of a point from which on seeds are sought 2^exponent steps in front of it, or
     /// more.
-    float seed_bound(int exponent) const {
+    static float seed_bound(int exponent, double step) {
         std::uint32_t below = 0;
         std::uint32_t from = std::bit_cast<std::uint32_t>((std::numeric_limits<float>::max)());
         while (from - below > 1) {
             const std::uint32_t middle = below + (from - below) / 2;
             const bool reaches =
-                detail::SeedCandidates::exponent_in_front(std::bit_cast<float>(middle), step_) >= exponent;
+                detail::SeedCandidates::exponent_in_front(std::bit_cast<float>(middle), step) >= exponent;
             (reaches ? from : below) = middle;
         }
         return std::bit_cast<float>(from);
@@ -205,23 +222,26 @@ private:
         to.set(at + 15, static_cast<std::uint32_t>(number));
     }
 
-    // ---- the directory: slots {x, y, z, number plus one} of regions, then regions of 4x4x4 bricks
+    // ---- the directory: slots {x, y, z, number plus one and the level} of regions, then regions of 4x4x4
+    // bricks. The fourth coordinate of bricks and of regions is their level.
 
     struct RegionHash {
-        std::size_t operator()(const glm::ivec3& region) const {
+        std::size_t operator()(const glm::ivec4& region) const {
             const auto x = static_cast<std::uint32_t>(region.x);
             const auto y = static_cast<std::uint32_t>(region.y);
             const auto z = static_cast<std::uint32_t>(region.z);
-            const std::uint32_t hash = x * 0x9e3779b1u ^ y * 0x85ebca77u ^ z * 0xc2b2ae3du;
+            const auto level = static_cast<std::uint32_t>(region.w);
+            const std::uint32_t hash =
+                x * 0x9e3779b1u ^ y * 0x85ebca77u ^ z * 0xc2b2ae3du ^ level * 0x27d4eb2fu;
             return hash ^ hash >> 15;
         }
     };
 
-    static glm::ivec3 region_of(const glm::ivec3& coord) {
-        return {coord.x >> 2, coord.y >> 2, coord.z >> 2};
+    static glm::ivec4 region_of(const glm::ivec4& coord) {
+        return {coord.x >> 2, coord.y >> 2, coord.z >> 2, coord.w};
     }
 
-    static std::size_t place_in_region(const glm::ivec3& coord) {
+    static std::size_t place_in_region(const glm::ivec4& coord) {
         return static_cast<std::size_t>((coord.x & 3) + 4 * (coord.y & 3) + 16 * (coord.z & 3));
     }
 
@@ -240,11 +260,11 @@ private:
             words(directory).set(first_region() + i, old[i]);
         for (std::uint32_t region = 0; region < regions_.size(); ++region)
             insert(regions_[region], region);
-        words(header).set(17, static_cast<std::uint32_t>(slot_count - 1));
-        words(header).set(18, static_cast<std::uint32_t>(first_region()));
+        words(header).set(7, static_cast<std::uint32_t>(slot_count - 1));
+        words(header).set(8, static_cast<std::uint32_t>(first_region()));
     }
 
-    void insert(const glm::ivec3& region, std::uint32_t number) {
+    void insert(const glm::ivec4& region, std::uint32_t number) {
         std::size_t slot = RegionHash{}(region) & (slot_count_ - 1);
         detail::UploadWords& to = words(directory);
         while (to[slot_words * slot + 3] != 0)
@@ -252,15 +272,17 @@ private:
         for (int axis = 0; axis < 3; ++axis)
             to.set(slot_words * slot + static_cast<std::size_t>(axis),
                    static_cast<std::uint32_t>(region[axis]));
-        to.set(slot_words * slot + 3, number + 1);
+        to.set(slot_words * slot + 3, (number + 1) | static_cast<std::uint32_t>(region.w) << region_bits);
     }
 
     /// The word of the directory that names a brick.
-    std::size_t directory_word(const glm::ivec3& coord) {
+    std::size_t directory_word(const glm::ivec4& coord) {
         const auto [found, is_new] =
             region_numbers_.try_emplace(region_of(coord), static_cast<std::uint32_t>(regions_.size()));
         const std::uint32_t number = found->second;
         if (is_new) {
+            if (regions_.size() == most_regions)
+                throw std::length_error("lightmesh: the mesh is too large for a shader");
             if (2 * (regions_.size() + 1) > slot_count_)
                 make_directory(2 * slot_count_);
             regions_.push_back(region_of(coord));
@@ -271,8 +293,8 @@ private:
 
     // ---- bricks
 
-    void set_brick(const detail::MeshView& mesh, const detail::Brick& brick) {
-        const glm::ivec3 coord = brick.position();
+    void set_brick(const detail::MeshView& mesh, int level, const detail::Brick& brick) {
+        const glm::ivec4 coord(brick.position(), level);
         const std::size_t named_at = directory_word(coord);
         std::uint32_t number = words(directory)[named_at];
         if (number == 0) {
@@ -470,10 +492,10 @@ private:
     std::size_t brick_words_ = 0;
     std::size_t flood_slots_ = 0;
     std::size_t slot_count_ = 0;
-    std::vector<glm::ivec3> regions_;  ///< their coordinates
-    std::unordered_map<glm::ivec3, std::uint32_t, RegionHash> region_numbers_;
+    std::vector<glm::ivec4> regions_;  ///< their coordinates
+    std::unordered_map<glm::ivec4, std::uint32_t, RegionHash> region_numbers_;
     std::vector<std::uint64_t> rounds_;  ///< of each brick the last update that had it; 0: it is free
-    std::vector<glm::ivec3> coords_;     ///< of each brick
+    std::vector<glm::ivec4> coords_;     ///< of each brick
     std::vector<std::uint32_t> free_bricks_;
 };
 

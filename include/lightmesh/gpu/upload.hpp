@@ -40,6 +40,9 @@ struct UploadRequests {
 
 namespace detail {
 
+/// Position, normal, footprint.
+inline constexpr std::size_t words_of_request = 7;
+
 /// Throws std::invalid_argument unless a request buffer may have room for so many points.
 inline void check_request_capacity(std::size_t capacity) {
     if (capacity == 0 || capacity > std::size_t{1} << 26)
@@ -59,7 +62,8 @@ inline std::vector<std::byte> empty_requests(std::size_t capacity) {
     detail::check_request_capacity(capacity);
     const auto points = static_cast<std::uint32_t>(capacity);
     const std::array<std::uint32_t, 4> head{0, 0, points, 2 * points};
-    std::vector<std::byte> bytes((head.size() + 2 * capacity + 6 * capacity) * sizeof(std::uint32_t));
+    std::vector<std::byte> bytes((head.size() + (2 + detail::words_of_request) * capacity) *
+                                 sizeof(std::uint32_t));
     std::memcpy(bytes.data(), head.data(), sizeof head);
     return bytes;
 }
@@ -72,17 +76,20 @@ inline UploadRequests read_requests(std::span<const std::byte> bytes) {
     const auto [count, dropped, capacity, slots] = head;
     if (capacity == 0 || slots != 2 * capacity ||
         bytes.size() !=
-            (head.size() + std::size_t{slots} + 6 * std::size_t{capacity}) * sizeof(std::uint32_t))
+            (head.size() + std::size_t{slots} + detail::words_of_request * std::size_t{capacity}) *
+                sizeof(std::uint32_t))
         detail::throw_no_request_buffer();
     UploadRequests requests;
     requests.overflowed = dropped != 0 || count > capacity;
     requests.points.resize((std::min)(count, capacity));
     const std::byte* at = bytes.data() + sizeof head + std::size_t{slots} * sizeof(std::uint32_t);
     for (SurfacePoint& point : requests.points) {
-        std::array<float, 6> record;
+        std::array<float, detail::words_of_request> record;
         std::memcpy(record.data(), at, sizeof record);
         at += sizeof record;
-        point = {.position = {record[0], record[1], record[2]}, .normal = {record[3], record[4], record[5]}};
+        point = {.position = {record[0], record[1], record[2]},
+                 .normal = {record[3], record[4], record[5]},
+                 .footprint = record[6]};
     }
     return requests;
 }

@@ -53,6 +53,8 @@ public:
             ++coarsest_;
     }
 
+    /// Of level 0, in a footprint of 1 world unit, times `Settings::footprint_scale`.
+    double steps_per_footprint() const { return steps_per_footprint_; }
     /// The last level; wider footprints, also infinite ones, are served by it.
     int coarsest() const { return coarsest_; }
 

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gpu/compute.hpp"
+#include "gpu/device_fill.hpp"
+#include "gpu/gpu_scene.hpp"
+#include "render/embree_scene.hpp"
+#include "render/visibility.hpp"
+#include "scene/scene_change.hpp"
+
+#include <lightmesh/statistics.hpp>
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+namespace demo {
+
+/// A light mesh on a device. As shaders ask for it the host lists what is missing and links light points;
+/// shaders trace the long tests.
+class MeshShadows {
+public:
+    /// Descriptor set where shaders see the mesh and the request buffer.
+    static constexpr std::uint32_t set = 1;
+
+    MeshShadows(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
+                const VisibilityOptions& options);
+    ~MeshShadows();
+    MeshShadows(const MeshShadows&) = delete;
+    MeshShadows& operator=(const MeshShadows&) = delete;
+
+    /// After the scene that this was made for has changed, not into another one, and `scene` and `copy` were
+    /// updated: forgets what is not true any more.
+    void update(const EmbreeScene& scene, const SceneChange& change);
+
+    std::vector<ComputeBinding> bindings() const;
+    /// Lets a kernel see the mesh as it is, and empties the request buffer.
+    void bind(const ComputeKernel& kernel) const;
+    enum class Asked { nothing, points, same_points };
+
+    /// Fills the mesh where shaders have asked for it, and uploads what is new. Says whether they did, or
+    /// asked what they had asked before the last `fill`: rays along an edge may be blocked for the device and
+    /// open for the host, which then does not know that there is something to fill. Throws `Cancelled`, and
+    /// what `compute.hpp` throws; the mesh then keeps what it had.
+    Asked fill(const std::atomic<bool>* cancel);
+
+    lightmesh::MeshStatistics statistics() const;
+    /// By shaders.
+    const DeviceFill& spent() const;
+
+private:
+    struct Parts;
+    std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace demo
