@@ -10,7 +10,7 @@
 #include "gpu/gpu_scene.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/segment_rays.hpp"
-#include "gpu/uploaded_mesh.hpp"
+#include "gpu/uploaded.hpp"
 #include "gpu_benchmark.hpp"
 #include "image/image.hpp"
 #include "render/illumination.hpp"

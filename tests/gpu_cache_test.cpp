@@ -397,6 +397,114 @@ TEST_CASE("shaders answer at all points of small pictures, with shaft rows and w
     CHECK(gpu.messages.empty());
 }
 
+namespace {
+
+/// What a host that follows the ranges has in its buffers.
+struct Host {
+    explicit Host(const lightmesh::CacheUpload& upload) {
+        for (const lightmesh::UploadBuffer& buffer : upload.buffers())
+            buffers.emplace_back(buffer.bytes.begin(), buffer.bytes.end());
+    }
+
+    /// Returns how many bytes were written.
+    std::size_t write(const lightmesh::CacheUpload& upload,
+                      const std::vector<lightmesh::UploadRange>& ranges) {
+        std::size_t written = 0;
+        for (const lightmesh::UploadRange& range : ranges) {
+            buffers[range.binding].resize(upload.buffers()[range.binding].bytes.size());
+            REQUIRE(range.offset + range.bytes.size() <= buffers[range.binding].size());
+            std::ranges::copy(range.bytes,
+                              buffers[range.binding].begin() + static_cast<std::ptrdiff_t>(range.offset));
+            written += range.bytes.size();
+        }
+        return written;
+    }
+    bool equals(const lightmesh::CacheUpload& upload) const {
+        return std::ranges::all_of(upload.buffers(), [this](const lightmesh::UploadBuffer& buffer) {
+            return std::ranges::equal(buffers[buffer.binding], buffer.bytes);
+        });
+    }
+    std::size_t size() const {
+        std::size_t sum = 0;
+        for (const auto& buffer : buffers)
+            sum += buffer.size();
+        return sum;
+    }
+
+    std::vector<std::vector<std::byte>> buffers;
+};
+
+}  // namespace
+
+TEST_CASE("an upload that follows fills and updates of a cache answers as a whole one, and writes little") {
+    Gpu& gpu = the_gpu();
+    World world(17, glm::vec3(0.0f));
+    const auto tracer = world.tracer();
+    lightmesh::VisibilityCache cache{
+        tracer, world.lights(40),
+        lightmesh::CacheSettings{.spacing = 0.25f, .detail = 2, .lamp_rays = 4, .shaft_rows = false}};
+    const std::vector<lightmesh::SurfacePoint> points = world.points(160, true);
+    const auto some = std::span<const lightmesh::SurfacePoint>(points);
+    cache.fill(some.first(100));
+    const std::vector<std::byte> first_bytes = cache.snapshot();
+    lightmesh::CacheUpload upload{lightmesh::SnapshotView(first_bytes)};
+    Host host(upload);
+    demo::CacheQueries followed(gpu.device);
+    followed.upload(first_bytes);
+    const auto check = [&] {
+        const std::vector<std::byte> bytes = cache.snapshot();
+        const std::size_t written = host.write(upload, upload.update(lightmesh::SnapshotView(bytes)));
+        CHECK(host.equals(upload));
+        CHECK(followed.upload(bytes) == written);
+        const auto answer = followed.ask(points, demo::trace_by(tracer));
+        const Differences found = compare(bytes, tracer, points, answer.values);
+        CHECK(found.values == 0);
+        CHECK(found.known == 0);
+        CHECK(found.compared > 1000);
+        return written;
+    };
+    CHECK(check() == 0);
+    cache.fill(some.subspan(100, 1));
+    CHECK(check() < host.size() / 4);
+    cache.fill(some.subspan(101, 40));
+    check();
+    cache.set_light(3, lightmesh::PointLight{.position = {1.0f, 0.5f, 2.0f}, .range = 5.0f, .radius = 0.1f});
+    check();
+    cache.fill(some);
+    check();
+    cache.scene_changed(lightmesh::Bounds{glm::vec3(-1.0f), glm::vec3(1.0f)});
+    cache.remove_light(5);
+    check();
+    cache.fill(some);
+    check();
+    const std::size_t before = host.size();
+    for (int i = 0; i < 50; ++i)
+        cache.add_light(
+            lightmesh::PointLight{.position = {0.1f * static_cast<float>(i), 1.0f, 2.0f}, .radius = 0.1f});
+    check();
+    cache.fill(some);
+    check();
+    CHECK(host.size() > before);
+    // Hither and thither: what was freed is used again.
+    const std::vector<std::byte> all = cache.snapshot();
+    std::size_t size = 0;
+    for (int i = 0; i < 4; ++i) {
+        for (const auto& bytes : {first_bytes, all})
+            host.write(upload, upload.update(lightmesh::SnapshotView(bytes)));
+        CHECK((i == 0 || host.size() == size));
+        size = host.size();
+    }
+    CHECK(host.equals(upload));
+
+    demo::CacheQueries whole(gpu.device);
+    whole.upload(all);
+    const auto expected = whole.ask(points, demo::trace_by(tracer)).values;
+    const auto found = followed.ask(points, demo::trace_by(tracer)).values;
+    REQUIRE(found.size() == expected.size());
+    CHECK(std::ranges::equal(found, expected, [](float a, float b) { return same_bits(a, b); }));
+    CHECK(gpu.messages.empty());
+}
+
 TEST_CASE("request buffers that are too small say so, and snapshots that are broken reach no shader") {
     World world(3, glm::vec3(0.0f));
     const auto lights = world.lights(5);

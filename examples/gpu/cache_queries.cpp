@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cache_queries.hpp"
 
-#include <lightmesh/snapshot.hpp>
-
-#include <utility>
-
 namespace demo {
 
 namespace {
@@ -19,17 +15,9 @@ CacheQueries::CacheQueries(const ComputeDevice& device, std::uint32_t rays_per_p
     : device_(device), rays_per_point_(rays_per_point) {}
 
 std::size_t CacheQueries::upload(std::span<const std::byte> snapshot) {
-    const lightmesh::SnapshotView view(snapshot);
-    const lightmesh::CacheUpload cache(view);
-    std::vector<ComputeBuffer> buffers;
-    std::size_t written = 0;
-    for (const lightmesh::UploadBuffer& buffer : cache.buffers()) {
-        buffers.emplace_back(device_, buffer.bytes);
-        written += buffer.bytes.size();
-    }
-    buffers_ = std::move(buffers);
-    light_count_ = view.light_count();
-    return written;
+    if (cache_)
+        return cache_->update(snapshot);
+    return cache_.emplace(device_, snapshot).size();
 }
 
 CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> points,
@@ -38,13 +26,11 @@ CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> 
     const std::vector<std::byte> no_requests = lightmesh::CacheUpload::empty_requests(request_capacity);
     HostRayQuery query{.shader = shader,
                        .kernel = kernel_,
-                       .bindings = {},
+                       .bindings = cache_->bindings(0),
                        .requests = ComputeBuffer(device_, no_requests),
                        .no_requests = no_requests,
-                       .light_count = light_count_,
+                       .light_count = cache_->light_count(),
                        .rays_per_point = rays_per_point_};
-    for (std::uint32_t i = 0; i < buffers_.size(); ++i)
-        query.bindings.push_back({0, i, buffers_[i]});
     query.bindings.push_back({0, lightmesh::CacheUpload::requests_binding, query.requests});
     Answer answer;
     const auto take_requests = [&](std::size_t first, std::span<const std::byte> bytes) {

@@ -3,6 +3,7 @@
 
 #include "compute.hpp"
 #include "host_rays.hpp"
+#include "uploaded.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/surface_point.hpp>
@@ -25,8 +26,9 @@ public:
 
     explicit CacheQueries(const ComputeDevice& device, std::uint32_t rays_per_point = 48);
 
-    /// Uploads a cache's snapshot. Returns how many bytes that were. Throws what `lightmesh::SnapshotView`
-    /// and `lightmesh::CacheUpload` throw; then what was uploaded before stays.
+    /// Uploads a cache's snapshot, or what has changed of it since the last time. Returns how many bytes that
+    /// were. Throws what `lightmesh::SnapshotView` and `lightmesh::CacheUpload` throw; then what was uploaded
+    /// before stays.
     std::size_t upload(std::span<const std::byte> snapshot);
 
     /// As `HostRayQuery::ask`.
@@ -36,8 +38,7 @@ public:
 private:
     ComputeDevice device_;
     std::uint32_t rays_per_point_;
-    std::size_t light_count_ = 0;
-    std::vector<ComputeBuffer> buffers_;
+    std::optional<UploadedCache> cache_;
     std::optional<ComputeKernel> kernel_;
 };
 

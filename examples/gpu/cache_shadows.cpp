@@ -3,12 +3,12 @@
 
 #include "gpu/cache_fill.hpp"
 #include "gpu/segment_rays.hpp"
+#include "gpu/uploaded.hpp"
 #include "render/follow_scene.hpp"
 #include "render/lamps.hpp"
 #include "render/scene_cache.hpp"
 
 #include <lightmesh/gpu/cache_upload.hpp>
-#include <lightmesh/snapshot.hpp>
 #include <lightmesh/surface_point.hpp>
 
 #include <tbb/blocked_range.h>
@@ -38,19 +38,11 @@ struct CacheShadows::Parts {
     Parts(const ComputeDevice& on, const EmbreeScene& scene, const GpuScene& copy,
           const VisibilityOptions& of_cache, std::size_t pixels)
         : device(on), options(of_cache), rays(on, copy), cache(cache_of(scene, of_cache)),
-          row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
-          no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {
-        upload();
-    }
+          uploaded(on, cache.snapshot()), row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)),
+          answers(on, std::size_t{16}), no_requests(CacheUpload::empty_requests(pixels)),
+          requests(on, no_requests) {}
 
-    void upload() {
-        bytes = cache.snapshot();
-        const lightmesh::SnapshotView view(bytes);
-        const CacheUpload uploaded(view);
-        buffers.clear();
-        for (const lightmesh::UploadBuffer& buffer : uploaded.buffers())
-            buffers.emplace_back(device, buffer.bytes);
-    }
+    void upload() { uploaded.update(cache.snapshot()); }
 
     void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
         fill_by_lists(cache, points, [&](auto segments, auto hit) { rays(segments, hit, cancel); });
@@ -76,8 +68,7 @@ struct CacheShadows::Parts {
     VisibilityOptions options;
     SegmentRays rays;
     SceneCache cache;
-    std::vector<std::byte> bytes;  ///< the cache as it was uploaded
-    std::vector<ComputeBuffer> buffers;
+    UploadedCache uploaded;
     std::vector<std::uint32_t> row_of_pixel;
     ComputeBuffer rows;
     std::vector<float> values;  ///< the host's answers of this round
@@ -101,9 +92,8 @@ void CacheShadows::update(const EmbreeScene& scene, const SceneChange& change) {
 }
 
 std::vector<ComputeBinding> CacheShadows::bindings() const {
-    std::vector<ComputeBinding> made;
-    for (const ComputeBuffer& buffer :
-         {parts_->buffers[0], parts_->buffers[1], parts_->requests, parts_->rows, parts_->answers})
+    std::vector<ComputeBinding> made = parts_->uploaded.bindings(set);
+    for (const ComputeBuffer& buffer : {parts_->requests, parts_->rows, parts_->answers})
         made.push_back({.set = set, .binding = static_cast<std::uint32_t>(made.size()), .buffer = buffer});
     return made;
 }

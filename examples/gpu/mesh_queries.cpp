@@ -46,7 +46,7 @@ MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> po
                                      const TraceSegments& trace, int timed_runs) {
     const bool has_footprints =
         std::ranges::any_of(points, [](const auto& point) { return point.footprint != 0.0f; });
-    const std::size_t which = (mesh_->max_quality() <= 4 ? 0u : 1u) + (has_footprints ? 2u : 0u);
+    const std::size_t which = (mesh_->upload().max_quality() <= 4 ? 0u : 1u) + (has_footprints ? 2u : 0u);
     HostRayQuery query{.shader = shaders[which],
                        .kernel = kernels_[which],
                        .bindings = mesh_->bindings(0),

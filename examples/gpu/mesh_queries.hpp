@@ -3,7 +3,7 @@
 
 #include "compute.hpp"
 #include "host_rays.hpp"
-#include "uploaded_mesh.hpp"
+#include "uploaded.hpp"
 
 #include <lightmesh/surface_point.hpp>
 

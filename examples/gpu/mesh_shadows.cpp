@@ -2,7 +2,7 @@
 #include "gpu/mesh_shadows.hpp"
 
 #include "gpu/long_tests.hpp"
-#include "gpu/uploaded_mesh.hpp"
+#include "gpu/uploaded.hpp"
 #include "render/follow_scene.hpp"
 
 #include <lightmesh/gpu/mesh_upload.hpp>

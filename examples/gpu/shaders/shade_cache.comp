@@ -18,11 +18,11 @@
 layout(local_size_x = 64) in;
 
 // Of each pixel one more than its row of the host's answers; 0: none.
-layout(std430, set = 1, binding = 3) readonly buffer AnswerRows {
+layout(std430, set = 1, binding = 5) readonly buffer AnswerRows {
     uint answer_rows[];
 };
 // Rows of S of all lights.
-layout(std430, set = 1, binding = 4) readonly buffer Answers {
+layout(std430, set = 1, binding = 6) readonly buffer Answers {
     float answers[];
 };
 

@@ -2,7 +2,7 @@
 // S of a visibility cache in shaders: what `SnapshotView::visibility` says of a cache's snapshot, to the bit.
 //
 //     #define LIGHTMESH_CACHE_SET 0
-//     #define LIGHTMESH_CACHE_BINDING 0          // this storage buffer and the two after it
+//     #define LIGHTMESH_CACHE_BINDING 0          // this storage buffer and the four after it
 //     #include <lightmesh/gpu/cache.glsl>
 //     bool lightmesh_is_open(vec3 from, vec3 to) { return !...; }    // rays: yours
 //
@@ -53,21 +53,26 @@
 bool lightmesh_is_open(vec3 from, vec3 to);
 #endif
 
-// As `CacheUpload` lays them out:
+// As `CacheUpload` lays them out. The head:
 //     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges, 512
 //                                                                      with shaft rows
-//     where slots | records | tiles | lights begin
-//     how far the lattice reaches from its origin: a double
+//     how far the lattice reaches from its origin: a double | where lights begin | 0
 //     for each level five: see `lightmesh_cache_level_*`
-//     slots: the three words of a key | number of a record plus one; 0: free
-//     records, two each: position | x and y of the normal
-//                        z of the normal and links | lattice index and whether it is on a surface | first tile | tiles
-//     tiles: number of the tile and, 24 bits higher, which octets it has | first octet | known lights
 //     lights, six each: see `lightmesh_cache_light_*`
-layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING) readonly buffer LightMeshCachePlaces {
-    uvec4 lightmesh_cache_places[];
+// Slots: the three words of a key | where its record stands; 0: free
+// Records: position | x and y of the normal
+//          z of the normal and links | lattice index and whether it is on a surface | 0 | number of its tiles, that follow:
+//          number of the tile and, 24 bits higher, which octets it has | first octet | known lights
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING) readonly buffer LightMeshCacheHead {
+    uvec4 lightmesh_cache_head[];
 };
-layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 1) readonly buffer LightMeshCacheOctets {
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 1) readonly buffer LightMeshCacheSlots {
+    uvec4 lightmesh_cache_slots[];
+};
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 2) readonly buffer LightMeshCacheRecords {
+    uvec4 lightmesh_cache_records[];
+};
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 3) readonly buffer LightMeshCacheOctets {
     uint lightmesh_cache_words[];
 };
 
@@ -76,7 +81,7 @@ struct LightMeshCacheRequest {
     vec4 normal;          // w: bits of the number that the shader gave
     vec4 shading_normal;  // w: bits of what the point lacks
 };
-layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 2) buffer LightMeshCacheRequests {
+layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 4) buffer LightMeshCacheRequests {
     uint lightmesh_cache_request_count;  // of points that asked, also those for which there was no room
     uint lightmesh_cache_request_room;
     uvec2 lightmesh_cache_request_unused;
@@ -116,10 +121,10 @@ struct LightMeshCacheTile {
 };
 
 uint lightmesh_cache_light_count() {
-    return lightmesh_cache_places[0].x;
+    return lightmesh_cache_head[0].x;
 }
 uint lightmesh_cache_tile_count() {
-    return lightmesh_cache_places[0].y;
+    return lightmesh_cache_head[0].y;
 }
 // Lights of a tile.
 uint lightmesh_cache_tile_size(uint tile) {
@@ -153,37 +158,37 @@ void lightmesh_cache_request(LightMeshCachePoint at, uint id) {
 // ---- settings
 
 int lightmesh_cache_finest() {
-    return int(lightmesh_cache_places[0].w & 255u);
+    return int(lightmesh_cache_head[0].w & 255u);
 }
 bool lightmesh_cache_has_exact_edges() {
-    return (lightmesh_cache_places[0].w & 256u) != 0u;
+    return (lightmesh_cache_head[0].w & 256u) != 0u;
 }
 bool lightmesh_cache_has_shaft_rows() {
-    return (lightmesh_cache_places[0].w & 512u) != 0u;
+    return (lightmesh_cache_head[0].w & 512u) != 0u;
 }
 uvec2 lightmesh_cache_level_step(int level) {
-    return lightmesh_cache_places[3 + 5 * level].xy;
+    return lightmesh_cache_head[2 + 5 * level].xy;
 }
 uvec2 lightmesh_cache_level_per_step(int level) {
-    return lightmesh_cache_places[3 + 5 * level].zw;
+    return lightmesh_cache_head[2 + 5 * level].zw;
 }
 uvec2 lightmesh_cache_level_origin(int level, int axis) {
-    uvec4 two = lightmesh_cache_places[4 + 5 * level + (axis >> 1)];
+    uvec4 two = lightmesh_cache_head[3 + 5 * level + (axis >> 1)];
     return (axis & 1) == 0 ? two.xy : two.zw;
 }
 // .45 steps: where records no longer fit; 5 / step; .003 steps.
 uvec2 lightmesh_cache_level_near(int level) {
-    return lightmesh_cache_places[5 + 5 * level].zw;
+    return lightmesh_cache_head[4 + 5 * level].zw;
 }
 uvec2 lightmesh_cache_level_per_fifth(int level) {
-    return lightmesh_cache_places[6 + 5 * level].xy;
+    return lightmesh_cache_head[5 + 5 * level].xy;
 }
 uvec2 lightmesh_cache_level_least(int level) {
-    return lightmesh_cache_places[6 + 5 * level].zw;
+    return lightmesh_cache_head[5 + 5 * level].zw;
 }
 // Floats: .002 steps; 2^-14 steps; how near .45 steps come to a float; step.
 vec4 lightmesh_cache_level_floats(int level) {
-    return uintBitsToFloat(lightmesh_cache_places[7 + 5 * level]);
+    return uintBitsToFloat(lightmesh_cache_head[6 + 5 * level]);
 }
 
 // ---- vectors
@@ -339,7 +344,7 @@ void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
 
 // Whether lattice points around the point have indices.
 bool lightmesh_cache_is_inside(vec3 position) {
-    uvec2 limit = lightmesh_cache_places[2].xy;
+    uvec2 limit = lightmesh_cache_head[1].xy;
     for (int axis = 0; axis < 3; ++axis) {
         uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(position[axis]),
                                               lightmesh_cache_level_origin(lightmesh_cache_finest(), axis));
@@ -394,7 +399,7 @@ const uint lightmesh_cache_wide_cone = 4u;
 const uint lightmesh_cache_rectangle = 8u;
 
 uvec4 lightmesh_cache_light(uint light, uint part) {
-    return lightmesh_cache_places[lightmesh_cache_places[1].w + 6u * light + part];
+    return lightmesh_cache_head[lightmesh_cache_head[1].z + 6u * light + part];
 }
 
 uvec2 lightmesh_cache_double_square(uvec2 a) {
@@ -498,24 +503,24 @@ uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
     uint hash = key.x * 0x8da6b343u + key.y * 0xd8163841u + key.z * 0xcb1ab31fu;
     hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
     hash ^= hash >> 13;
-    uint slots = lightmesh_cache_places[1].x, mask = lightmesh_cache_places[0].z;
-    for (;; ++hash) {
-        uvec4 slot = lightmesh_cache_places[slots + (hash & mask)];
-        if (slot.w == 0u || slot.xyz == key)
-            return slot.w == 0u ? 0u : lightmesh_cache_places[1].y + 2u * (slot.w - 1u);
-    }
+    uint mask = lightmesh_cache_head[0].z;
+    // Not a loop that is left from within: there lavapipe of Mesa 22.3 misses keys.
+    uvec4 slot = lightmesh_cache_slots[hash & mask];
+    while (slot.w != 0u && slot.xyz != key)
+        slot = lightmesh_cache_slots[++hash & mask];
+    return slot.w;
 }
 
 vec3 lightmesh_cache_record_position(uint record) {
-    return uintBitsToFloat(lightmesh_cache_places[record].xyz);
+    return uintBitsToFloat(lightmesh_cache_records[record].xyz);
 }
 bool lightmesh_cache_record_is_on_surface(uint record) {
-    return (lightmesh_cache_places[record + 1u].y & 1u) != 0u;
+    return (lightmesh_cache_records[record + 1u].y & 1u) != 0u;
 }
 // Zero: there is no surface.
 vec3 lightmesh_cache_record_normal(uint record) {
-    uint xy = lightmesh_cache_places[record].w;
-    uvec4 more = lightmesh_cache_places[record + 1u];
+    uint xy = lightmesh_cache_records[record].w;
+    uvec4 more = lightmesh_cache_records[record + 1u];
     if ((more.y & 1u) == 0u)
         return vec3(0.0);
     ivec3 normal = ivec3(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16);
@@ -523,11 +528,11 @@ vec3 lightmesh_cache_record_normal(uint record) {
     return unit;
 }
 
-// The tile of a record's values: what lightmesh_cache_places says, 0 if nothing is known.
+// The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known.
 uvec4 lightmesh_cache_record_row(uint record, uint tile) {
-    uvec4 more = lightmesh_cache_places[record + 1u];
+    uvec4 more = lightmesh_cache_records[record + 1u];
     for (uint i = 0u; i < more.w; ++i) {
-        uvec4 row = lightmesh_cache_places[lightmesh_cache_places[1].z + more.z + i];
+        uvec4 row = lightmesh_cache_records[record + 2u + i];
         if ((row.x & 0x00ffffffu) == tile)
             return row;
     }
@@ -642,8 +647,8 @@ void lightmesh_cache_find_links(ivec3 axes, int level) {
     lightmesh_cache_cell.links = 0u;
     for (int i = 0; i < 4; ++i) {
         int from = i == 0 ? 0 : i == 2 ? 0 : i == 1 ? 2 : 1, to = from + (i < 2 ? 1 : 2);
-        uvec4 more = lightmesh_cache_places[lightmesh_cache_cell.records[from] + 1u];
-        int start = int(more.y) >> 1, end = int(lightmesh_cache_places[lightmesh_cache_cell.records[to] + 1u].y) >> 1;
+        uvec4 more = lightmesh_cache_records[lightmesh_cache_cell.records[from] + 1u];
+        int start = int(more.y) >> 1, end = int(lightmesh_cache_records[lightmesh_cache_cell.records[to] + 1u].y) >> 1;
         int rise = end - start;
         if (rise < -1 || rise > 1)
             continue;

@@ -24,9 +24,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <span>
 #include <stdexcept>
+#include <unordered_map>
 #include <variant>
 #include <vector>
 
@@ -42,31 +42,59 @@ struct CacheRequest {
     bool lacks_rays = false;
 };
 
-/// A cache as shaders read it (see cache.glsl): what to bind. Made from a `SnapshotView`, which has checked
-/// all bytes. Lamp rows, with shaft rows or without, and blur rows alike; any number of lights and of levels.
+/// A cache as shaders read it (see cache.glsl): what to bind, and what to write again when the cache has been
+/// filled further, or has changed. Made from a `SnapshotView`, which has checked all bytes. Lamp rows, with
+/// shaft rows or without, and blur rows alike; any number of lights and of levels.
 ///
-///     CacheUpload upload{view};                                      // a SnapshotView of a cache
+///     CacheUpload upload{SnapshotView(bytes)};                       // of a cache
 ///     for (const UploadBuffer& buffer : upload.buffers())  ...       // create and bind them
 ///     ... and a request buffer, CacheUpload::empty_requests(1000), as requests_binding. After a run:
 ///     for (const CacheRequest& request : CacheUpload::requests(bytes))  ...
-/// and those are what to fill the cache with, before the next snapshot.
+/// and those are what to fill the cache with, before the next snapshot:
+///     for (const UploadRange& range : upload.update(SnapshotView(newer)))  ...    // write these
 class CacheUpload {
 public:
     /// Number of `buffers`.
-    static constexpr std::uint32_t buffer_count = 2;
+    static constexpr std::uint32_t buffer_count = 4;
     /// Of the request buffer, counted from LIGHTMESH_CACHE_BINDING.
-    static constexpr std::uint32_t requests_binding = 2;
+    static constexpr std::uint32_t requests_binding = 4;
 
-    /// `view` and its bytes must outlive this. Throws std::invalid_argument if it is of a mesh,
-    /// std::length_error if it is too large for 32-bit indices, and std::bad_alloc.
-    explicit CacheUpload(const SnapshotView& view) : CacheUpload(reader_of(view)) {}
-    /// A view that is about to vanish is a mistake.
-    explicit CacheUpload(SnapshotView&&) = delete;
+    /// Throws std::invalid_argument if the view is of a mesh, std::length_error if the cache is too large for
+    /// 32-bit indices, and std::bad_alloc.
+    explicit CacheUpload(const SnapshotView& view) {
+        // Where a record stands is no 0.
+        records_pool_.take(2, words(records));
+        words(octets).grow(1);
+        update(view);
+    }
 
-    /// The buffers from LIGHTMESH_CACHE_BINDING on, all of their bytes: places with lights and settings, and
-    /// values, which are bytes of the snapshot itself.
+    /// The buffers from LIGHTMESH_CACHE_BINDING on, all of their bytes. Valid until the next `update`.
     std::array<UploadBuffer, buffer_count> buffers() const {
-        return {UploadBuffer{0, std::as_bytes(std::span(words_))}, UploadBuffer{1, values_}};
+        std::array<UploadBuffer, buffer_count> all;
+        for (std::uint32_t i = 0; i < buffer_count; ++i)
+            all[i] = {i, words_[i].bytes()};
+        return all;
+    }
+
+    /// Takes what the view has in the place of what there was; records that both have stay where they are.
+    /// Returns what is to be written to the buffers, in multiples of 256 bytes; valid until the next
+    /// `update`. A buffer may have become larger: then all of it is among them, and it is to be created anew.
+    /// The cost is that of reading the snapshot. Throws what the constructor throws, and has then changed
+    /// nothing if the view is of a mesh.
+    std::vector<UploadRange> update(const SnapshotView& view) {
+        const detail::CacheReader& reader = reader_of(view);
+        ++round_;
+        for (const detail::StoredRecord& stored : reader.records())
+            places_[stored.key].round = round_;
+        remove_others();
+        for (const detail::StoredRecord& stored : reader.records())
+            set_record(reader, stored);
+        set_slots(reader);
+        set_head(reader);
+        std::vector<UploadRange> ranges;
+        for (std::uint32_t i = 0; i < buffer_count; ++i)
+            words_[i].take_changes(i, ranges);
+        return ranges;
     }
 
     /// Bytes of an empty request buffer with room for so many points: what is written to it before each run
@@ -111,6 +139,8 @@ public:
     }
 
 private:
+    enum Buffer : std::size_t { head, slots, records, octets };
+
     /// Four words, as shaders read them.
     using Word = std::array<std::uint32_t, 4>;
 
@@ -120,37 +150,6 @@ private:
     static constexpr std::uint32_t lights_have_cones = 2;
     static constexpr std::uint32_t cones_are_wide = 4;
     static constexpr std::uint32_t lights_are_rectangles = 8;
-
-    explicit CacheUpload(const detail::CacheReader& reader) : values_(std::as_bytes(reader.octets())) {
-        const std::size_t keys = reader.records().size() + reader.aliases().size();
-        const std::size_t slots = std::bit_ceil(2 * keys + 2);
-        std::size_t tiles = 0;
-        for (const detail::StoredRecord& record : reader.records())
-            tiles += record.tile_count;
-        const std::size_t slots_at = 3 + 5 * detail::Lattice::level_count;
-        const std::size_t records_at = slots_at + slots;
-        const std::size_t tiles_at = records_at + 2 * reader.records().size();
-        const std::size_t lights_at = tiles_at + tiles;
-        const std::size_t size = lights_at + 6 * reader.lamps().size();
-        if (size > (std::numeric_limits<std::uint32_t>::max)() || 2 * keys + 2 > std::size_t{1} << 31 ||
-            values_.size() / 4 > (std::numeric_limits<std::uint32_t>::max)())
-            throw std::length_error("lightmesh: the cache is too large for a shader");
-        words_.resize(size);
-        const std::uint32_t finest = static_cast<std::uint32_t>(reader.lattice().finest_level()) |
-                                     (reader.settings().exact_edges ? 256u : 0u) |
-                                     (reader.settings().shaft_rows ? 512u : 0u);
-        words_[0] = {word(reader.lamps().size()), word(reader.lamps().tile_count()), word(slots - 1), finest};
-        words_[1] = {word(slots_at), word(records_at), word(tiles_at), word(lights_at)};
-        add_lattice(reader.lattice());
-        add_records(reader, {slots_at, slots, records_at, tiles_at});
-        for (std::size_t i = 0; i < reader.lamps().size(); ++i)
-            add_light(lights_at + 6 * i, reader.lamps().lamp(i), reader.user_lights()[i]);
-    }
-
-    /// Where sections begin.
-    struct Sections {
-        std::size_t slots, slot_count, records, tiles;
-    };
 
     static const detail::CacheReader& reader_of(const SnapshotView& view) {
         const detail::CacheReader* reader = detail::SnapshotReaders::cache(view);
@@ -171,77 +170,200 @@ private:
         return {word(v.x), word(v.y), word(v.z), last};
     }
 
-    void add_lattice(const detail::Lattice& lattice) {
-        words_[2] = pair(lattice.step(lattice.finest_level()) * (detail::Lattice::max_index - 64.0), 0.0);
-        for (int level = 0; level < detail::Lattice::level_count; ++level) {
-            const double step = lattice.step(level);
-            const glm::dvec3 origin = lattice.origin(level);
-            const std::size_t at = 3 + 5 * static_cast<std::size_t>(level);
-            words_[at] = pair(step, 1.0 / step);
-            words_[at + 1] = pair(origin.x, origin.y);
-            words_[at + 2] = pair(origin.z, 0.45 * step);
-            words_[at + 3] = pair(5.0 / step, 0.003 * step);
-            words_[at + 4] = {word(0.002f * static_cast<float>(step)),
-                              word(static_cast<float>(step * 0x1p-14)), 0, 0};
-        }
+    detail::UploadWords& words(Buffer buffer) { return words_[buffer]; }
+    /// Of a buffer of these the one of this number.
+    Word at(Buffer buffer, std::size_t number) const {
+        const detail::UploadWords& from = words_[buffer];
+        return {from[4 * number], from[4 * number + 1], from[4 * number + 2], from[4 * number + 3]};
+    }
+    void set(Buffer buffer, std::size_t number, const Word& word) {
+        for (std::size_t i = 0; i < word.size(); ++i)
+            words(buffer).set(4 * number + i, word[i]);
     }
 
-    void add_records(const detail::CacheReader& reader, const Sections& at) {
-        std::size_t tiles = 0;
-        for (std::size_t i = 0; i < reader.records().size(); ++i) {
-            const detail::StoredRecord& stored = reader.records()[i];
-            detail::Record record;
-            detail::CacheReader::copy(stored, record);
-            const detail::Facing facing = stored.key.facing();
-            const detail::Column column =
-                detail::column_of(reader.lattice(), stored.key, record, facing, false);
-            const auto half = [&](int k) {
-                return std::uint32_t{static_cast<std::uint16_t>(stored.normal[static_cast<std::size_t>(k)])};
-            };
-            const std::uint32_t index = static_cast<std::uint32_t>(column.key.index()[facing.axis]) << 1 |
-                                        (record.is_on_surface() ? 1u : 0u);
-            words_[at.records + 2 * i] = triple(column.position, half(0) | half(1) << 16);
-            words_[at.records + 2 * i + 1] = {half(2) | std::uint32_t{stored.links} << 16, index, word(tiles),
-                                              stored.tile_count};
-            for (const detail::StoredTile& tile : reader.tiles_of(stored))
-                words_[at.tiles + tiles++] = {tile.tile | detail::octets_of(tile.known) << 24,
-                                              tile.first_octet, static_cast<std::uint32_t>(tile.known),
-                                              static_cast<std::uint32_t>(tile.known >> 32)};
-            add_key(at, stored.key, i);
-        }
-        for (const detail::StoredAlias& alias : reader.aliases())
-            add_key(at, alias.key, alias.record);
+    // ---- the head: settings, what levels have, lights
+
+    static constexpr std::size_t level_at = 2;
+    static constexpr std::size_t words_of_level = 5;
+    static constexpr std::size_t light_at = level_at + words_of_level * detail::Lattice::level_count;
+    static constexpr std::size_t words_of_light = 6;
+
+    void set_head(const detail::CacheReader& reader) {
+        words(head).grow(4 * (light_at + words_of_light * reader.lamps().size()));
+        const std::uint32_t finest = static_cast<std::uint32_t>(reader.lattice().finest_level()) |
+                                     (reader.settings().exact_edges ? 256u : 0u) |
+                                     (reader.settings().shaft_rows ? 512u : 0u);
+        set(head, 0,
+            {word(reader.lamps().size()), word(reader.lamps().tile_count()), word(slot_count_ - 1), finest});
+        const detail::Lattice& lattice = reader.lattice();
+        Word reach = pair(lattice.step(lattice.finest_level()) * (detail::Lattice::max_index - 64.0), 0.0);
+        reach[2] = word(light_at);
+        set(head, 1, reach);
+        for (int level = 0; level < detail::Lattice::level_count; ++level)
+            set_level(lattice, level);
+        for (std::size_t i = 0; i < reader.lamps().size(); ++i)
+            set_light(light_at + words_of_light * i, reader.lamps().lamp(i), reader.user_lights()[i]);
     }
 
-    void add_key(const Sections& at, const detail::RecordKey& key, std::size_t record) {
-        const auto& w = key.words;
-        std::uint32_t hash = w[0] * 0x8da6b343u + w[1] * 0xd8163841u + w[2] * 0xcb1ab31fu;
-        hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
-        hash ^= hash >> 13;
-        while (words_[at.slots + (hash & (at.slot_count - 1))][3] != 0)
-            ++hash;
-        words_[at.slots + (hash & (at.slot_count - 1))] = {w[0], w[1], w[2], word(record + 1)};
+    void set_level(const detail::Lattice& lattice, int level) {
+        const double step = lattice.step(level);
+        const glm::dvec3 origin = lattice.origin(level);
+        const std::size_t at = level_at + words_of_level * static_cast<std::size_t>(level);
+        set(head, at, pair(step, 1.0 / step));
+        set(head, at + 1, pair(origin.x, origin.y));
+        set(head, at + 2, pair(origin.z, 0.45 * step));
+        set(head, at + 3, pair(5.0 / step, 0.003 * step));
+        set(head, at + 4,
+            {word(0.002f * static_cast<float>(step)), word(static_cast<float>(step * 0x1p-14)), 0, 0});
     }
 
-    void add_light(std::size_t at, const detail::Lamp& lamp, const Light& light) {
+    void set_light(std::size_t at, const detail::Lamp& lamp, const Light& light) {
         const detail::LightShape& shape = lamp.shape();
         std::uint32_t kind = shape.is_directional ? lights_are_directional : 0;
         if (!shape.cone.is_everything)
             kind |= lights_have_cones | (shape.cone.is_wide ? cones_are_wide : 0);
+        std::array<glm::vec3, 2> half_sides{glm::vec3(0.0f), glm::vec3(0.0f)};
         if (const auto* rectangle = std::get_if<RectLight>(&light)) {
             kind |= lights_are_rectangles;
-            words_[at + 4] = triple(rectangle->half_u, 0);
-            words_[at + 5] = triple(rectangle->half_v, 0);
+            half_sides = {rectangle->half_u, rectangle->half_v};
         }
-        words_[at] = triple(shape.at, kind);
-        words_[at + 1] = pair(0.0, lamp.extent());
-        words_[at + 1][0] = word(shape.reaches_nothing() ? -1.0f : shape.range);
-        words_[at + 2] = pair(shape.cone.axis.x, shape.cone.axis.y);
-        words_[at + 3] = pair(shape.cone.axis.z, shape.cone.tangent_squared);
+        Word range = pair(0.0, lamp.extent());
+        range[0] = word(shape.reaches_nothing() ? -1.0f : shape.range);
+        set(head, at, triple(shape.at, kind));
+        set(head, at + 1, range);
+        set(head, at + 2, pair(shape.cone.axis.x, shape.cone.axis.y));
+        set(head, at + 3, pair(shape.cone.axis.z, shape.cone.tangent_squared));
+        set(head, at + 4, triple(half_sides[0], 0));
+        set(head, at + 5, triple(half_sides[1], 0));
     }
 
-    std::vector<Word> words_;
-    std::span<const std::byte> values_;
+    // ---- records: two words each, then one for each tile of lights of which something is known
+
+    static std::uint32_t hash_of(const detail::RecordKey& key) {
+        const auto& w = key.words;
+        std::uint32_t hash = w[0] * 0x8da6b343u + w[1] * 0xd8163841u + w[2] * 0xcb1ab31fu;
+        hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
+        return hash ^ hash >> 13;
+    }
+
+    struct KeyHash {
+        std::size_t operator()(const detail::RecordKey& key) const { return hash_of(key); }
+    };
+
+    /// A record in its buffer.
+    struct Place {
+        std::uint32_t at = 0;  ///< 0: it has none
+        std::uint32_t tiles = 0;
+        std::uint64_t round = 0;  ///< of the last update that had it
+    };
+
+    static constexpr std::uint32_t record_head = 2;
+    /// Pools count pairs.
+    static std::uint32_t pairs_of(std::uint32_t tiles) { return 2 * (record_head + tiles); }
+    static std::uint32_t size_of(const Word& tile) {
+        return static_cast<std::uint32_t>(std::popcount(tile[0] >> 24));
+    }
+
+    void set_record(const detail::CacheReader& reader, const detail::StoredRecord& stored) {
+        Place& place = places_.at(stored.key);
+        const std::vector<Word> tiles = set_tiles(reader, stored, place);
+        if (place.at == 0 || place.tiles != stored.tile_count) {
+            if (place.at != 0)
+                records_pool_.give_back(2 * place.at, pairs_of(place.tiles));
+            place.at = records_pool_.take(pairs_of(stored.tile_count), words(records)) / 2;
+            place.tiles = stored.tile_count;
+        }
+        detail::Record record;
+        detail::CacheReader::copy(stored, record);
+        const detail::Facing facing = stored.key.facing();
+        const detail::Column column = detail::column_of(reader.lattice(), stored.key, record, facing, false);
+        const auto half = [&](int k) {
+            return std::uint32_t{static_cast<std::uint16_t>(stored.normal[static_cast<std::size_t>(k)])};
+        };
+        const std::uint32_t index = static_cast<std::uint32_t>(column.key.index()[facing.axis]) << 1 |
+                                    (record.is_on_surface() ? 1u : 0u);
+        set(records, place.at, triple(column.position, half(0) | half(1) << 16));
+        set(records, place.at + 1,
+            {half(2) | std::uint32_t{stored.links} << 16, index, 0, stored.tile_count});
+        for (std::size_t i = 0; i < tiles.size(); ++i)
+            set(records, place.at + record_head + i, tiles[i]);
+    }
+
+    /// Writes the values of a record's tiles, over those of the same tiles if they are as many. Returns the
+    /// words of the tiles.
+    std::vector<Word> set_tiles(const detail::CacheReader& reader, const detail::StoredRecord& stored,
+                                const Place& place) {
+        std::vector<Word> old;
+        for (std::uint32_t i = 0; i < place.tiles; ++i)
+            old.push_back(at(records, place.at + record_head + i));
+        std::vector<Word> tiles;
+        const std::uint64_t* from = reader.octets().data();
+        for (const detail::StoredTile& tile : reader.tiles_of(stored)) {
+            Word now{tile.tile | detail::octets_of(tile.known) << 24, 0,
+                     static_cast<std::uint32_t>(tile.known), static_cast<std::uint32_t>(tile.known >> 32)};
+            const auto same = std::ranges::find_if(old, [&](const Word& was) {
+                return (was[0] & 0xffffffu) == tile.tile && size_of(was) == size_of(now);
+            });
+            if (same != old.end()) {
+                now[1] = (*same)[1];
+                old.erase(same);
+            } else {
+                now[1] = octets_pool_.take(size_of(now), words(octets));
+            }
+            for (std::size_t i = 0; i < size_of(now); ++i)
+                words(octets).set(2 * (now[1] + i), from[tile.first_octet + i]);
+            tiles.push_back(now);
+        }
+        for (const Word& unused : old)
+            octets_pool_.give_back(unused[1], size_of(unused));
+        return tiles;
+    }
+
+    /// Forgets records that the view does not have.
+    void remove_others() {
+        std::erase_if(places_, [this](const auto& entry) {
+            const Place& place = entry.second;
+            if (place.round == round_)
+                return false;
+            for (std::uint32_t i = 0; i < place.tiles; ++i) {
+                const Word tile = at(records, place.at + record_head + i);
+                octets_pool_.give_back(tile[1], size_of(tile));
+            }
+            if (place.at != 0)
+                records_pool_.give_back(2 * place.at, pairs_of(place.tiles));
+            return true;
+        });
+    }
+
+    // ---- slots: keys and where their records stand
+
+    void set_slots(const detail::CacheReader& reader) {
+        const std::size_t keys = reader.records().size() + reader.aliases().size();
+        if (2 * keys + 2 > std::size_t{1} << 31)
+            throw std::length_error("lightmesh: the cache is too large for a shader");
+        slot_count_ = (std::max)(slot_count_, std::bit_ceil(2 * keys + 2));
+        std::vector<Word> all(slot_count_);
+        const auto add = [&](const detail::RecordKey& key, std::uint32_t at) {
+            std::uint32_t hash = hash_of(key);
+            while (all[hash & (slot_count_ - 1)][3] != 0)
+                ++hash;
+            all[hash & (slot_count_ - 1)] = {key.words[0], key.words[1], key.words[2], at};
+        };
+        for (const detail::StoredRecord& stored : reader.records())
+            add(stored.key, places_.at(stored.key).at);
+        for (const detail::StoredAlias& alias : reader.aliases())
+            add(alias.key, places_.at(reader.records()[alias.record].key).at);
+        words(slots).grow(4 * slot_count_);
+        for (std::size_t i = 0; i < slot_count_; ++i)
+            set(slots, i, all[i]);
+    }
+
+    std::array<detail::UploadWords, buffer_count> words_;
+    detail::UploadPool records_pool_;  ///< of pairs in `records`
+    detail::UploadPool octets_pool_;   ///< of pairs in `octets`
+    std::uint64_t round_ = 0;          ///< number of updates
+    std::size_t slot_count_ = 0;
+    std::unordered_map<detail::RecordKey, Place, KeyHash> places_;
 };
 
 }  // namespace lightmesh

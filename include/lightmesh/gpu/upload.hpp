@@ -162,7 +162,7 @@ public:
         }
         constexpr std::uint64_t most = (std::uint64_t{1} << 31) - 2;
         if (most - end_ < size)
-            throw std::length_error("lightmesh: the mesh is too large for a shader");
+            throw std::length_error("lightmesh: a mesh or a cache is too large for a shader");
         const auto index = static_cast<std::uint32_t>(end_);
         end_ += size;
         words.grow(2 * static_cast<std::size_t>(end_));
