@@ -193,17 +193,17 @@ TEST_CASE("lightmesh-render film --on gpu: Ctrl-C keeps whole frames, and the sa
     const TemporaryFolder folder;
     const std::string out = (folder / "film").string();
     const std::string command =
-        LIGHTMESH_RENDER " film spheres --on gpu -a cache --no-shaft-rows" + tiny + "--frames 6 -o " + out;
+        LIGHTMESH_RENDER " film spheres --on gpu -a cache --no-shaft-rows" + tiny + "--frames 3 -o " + out;
     const Finished stopped = test::run(folder, command + " & p=$!; while kill -0 $p && [ ! -s " + out +
                                                    "/frame-0001.png ]; do sleep 0.01; done; kill -INT $p; "
                                                    "wait $p");
     CHECK(stopped.status == 130);
     CHECK(stopped.errors.find("interrupted: whole frames stay") != std::string::npos);
     CHECK_FALSE(folder.has_part_files());
-    CHECK_FALSE(std::filesystem::exists(folder / "film/frame-0006.png"));
+    CHECK_FALSE(std::filesystem::exists(folder / "film/frame-0003.png"));
     const Finished on = test::run(folder, command);
     REQUIRE_MESSAGE(on.status == 0, on.errors);
-    CHECK(on.output.find("of 6 frames are there already and stay") != std::string::npos);
+    CHECK(on.output.find("of 3 frames are there already and stay") != std::string::npos);
 }
 
 TEST_CASE("lightmesh-render film: MP4 by ffmpeg, which is named where it is not there") {

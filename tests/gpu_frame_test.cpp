@@ -477,6 +477,7 @@ TEST_CASE("gpu frame: in films pictures are those of a new renderer to the bit")
     follow(demo::animate_spheres(), "area", {1.0, 0.25});
     follow(demo::animate_rooms(), "cache", {0.5, 1.0});
     follow(demo::animate_rooms(), "linked", {0.75});
+    follow(demo::animate_spheres(), "express", {1.5, 3.0});
     follow(demo::animate_park(), "whitted", {1.0, 2.0});
 }
 

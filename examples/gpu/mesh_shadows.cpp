@@ -72,7 +72,8 @@ void MeshShadows::update(const EmbreeScene& scene, const SceneChange& change) {
         return;
     follow_scene(parts_->mesh, shapes_of_lights(scene.scene()), change);
     // Snapshots have the lights in the order of a new mesh.
-    parts_->mesh.compact();
+    if (!change.lights.empty())
+        parts_->mesh.compact();
     parts_->uploaded.update(parts_->mesh.snapshot());
 }
 
