@@ -8,7 +8,11 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
 endif()
 
 add_library(lightmesh_warnings INTERFACE)
-target_compile_options(lightmesh_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow)
+target_compile_options(lightmesh_warnings INTERFACE -Wall -Wextra -Wpedantic)
+# Where many files are compiled as one, names of one may shadow those of another.
+if(NOT CMAKE_UNITY_BUILD)
+    target_compile_options(lightmesh_warnings INTERFACE -Wshadow)
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     # False reports inside std::string: https://gcc.gnu.org/bugzilla/show_bug.cgi?id=105651
     target_compile_options(lightmesh_warnings INTERFACE -Wno-restrict)

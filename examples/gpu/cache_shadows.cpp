@@ -30,7 +30,7 @@ using lightmesh::SurfacePoint;
 /// After so many turns of asking and filling the host answers for points that still ask: rays along an edge
 /// may be blocked for the device and open for the host, which then does not know that there is something to
 /// fill.
-constexpr int enough_turns = 8;
+constexpr int enough_fills = 8;
 
 }  // namespace
 
@@ -117,7 +117,7 @@ bool CacheShadows::fill(const std::atomic<bool>* cancel) {
     const auto bytes = parts_->requests.read_all<std::byte>();
     if (CacheUpload::request_count(bytes) == 0)
         return false;
-    const bool fills = ++parts_->turns <= enough_turns;
+    const bool fills = ++parts_->turns <= enough_fills;
     std::vector<SurfacePoint> lacking;
     std::vector<SurfacePoint> asked;
     std::vector<std::uint32_t> of_pixels;

@@ -16,6 +16,9 @@
 
 namespace demo {
 
+/// Invocations of a work group, in all shaders here.
+inline constexpr std::uint32_t group_size = 64;
+
 /// Which device, and what to watch.
 struct ComputeOptions {
     /// As `VulkanDepthOptions::device`.

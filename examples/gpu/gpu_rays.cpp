@@ -19,7 +19,6 @@ constexpr std::uint32_t occluded_words[] = {
 #include "spirv/occluded.comp.inc"
 };
 
-constexpr std::uint32_t group_size = 64;
 /// Of a submission.
 constexpr std::uint32_t most_groups = 65535;
 

@@ -56,7 +56,6 @@ struct RoundWords {
     std::uint32_t is_failed = 0;
 };
 
-constexpr std::uint32_t group_size = 64;
 constexpr std::size_t bytes_of_ray = 48;
 constexpr std::size_t bytes_of_path = 32;
 constexpr std::size_t bytes_of_point = 80;

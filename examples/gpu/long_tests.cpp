@@ -11,7 +11,7 @@ namespace demo {
 
 namespace {
 
-constexpr std::uint32_t shader_words[] = {
+constexpr std::uint32_t long_test_words[] = {
 #include "spirv/long_tests.comp.inc"
 };
 
@@ -42,7 +42,7 @@ LongTests::LongTests(const ComputeDevice& device, const GpuScene& scene)
     : device_(device), at_once_(words_at_once(device)),
       words_(device, at_once_ * sizeof(lightmesh::LongTestWord)),
       seen_(device, at_once_ * sizeof(std::uint64_t)),
-      kernel_(device, shader_words, bindings_of(device, scene, words_, seen_), sizeof(std::uint32_t)) {}
+      kernel_(device, long_test_words, bindings_of(device, scene, words_, seen_), sizeof(std::uint32_t)) {}
 
 void LongTests::bind(std::span<const ComputeBinding> mesh) const {
     for (const ComputeBinding& binding : mesh)

@@ -11,17 +11,15 @@ namespace {
 using lightmesh::Segment;
 static_assert(sizeof(Segment) == 24, "shaders read six words");
 
-constexpr std::uint32_t shader_words[] = {
+constexpr std::uint32_t blocked_words[] = {
 #include "spirv/blocked.comp.inc"
 };
-
-constexpr std::size_t group_size = 64;
 
 /// Of a dispatch: a million rays on a GPU, about a second of them on a CPU that plays one.
 std::size_t segments_at_once(const ComputeDevice& device) {
     const std::size_t most = device.is_cpu() ? std::size_t{1} << 16 : std::size_t{1} << 20;
     return (std::max)((std::min)(most, device.largest_buffer() / sizeof(Segment) / group_size * group_size),
-                      group_size);
+                      std::size_t{group_size});
 }
 
 std::vector<ComputeBinding> bindings_of(const GpuScene& scene, const ComputeBuffer& segments,
@@ -37,7 +35,7 @@ std::vector<ComputeBinding> bindings_of(const GpuScene& scene, const ComputeBuff
 SegmentRays::SegmentRays(const ComputeDevice& device, const GpuScene& scene)
     : device_(device), at_once_(segments_at_once(device)), segments_(device, at_once_ * sizeof(Segment)),
       blocked_(device, at_once_ / 8),
-      kernel_(device, shader_words, bindings_of(scene, segments_, blocked_), sizeof(std::uint32_t)) {}
+      kernel_(device, blocked_words, bindings_of(scene, segments_, blocked_), sizeof(std::uint32_t)) {}
 
 void SegmentRays::operator()(std::span<const Segment> segments, std::span<std::uint8_t> hit,
                              const std::atomic<bool>* cancel) {

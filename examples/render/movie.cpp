@@ -39,7 +39,7 @@ int run_program(std::vector<std::string> words) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-std::string number_text(double value) {
+std::string rate_text(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.9g", value);
     return text;
@@ -61,7 +61,7 @@ void write_movie(const std::string& pattern, int frames, double frames_per_secon
                  const std::filesystem::path& file) {
     PartFile part(file);
     const int status = run_program(
-        {program, "-nostdin", "-loglevel", "error", "-y", "-framerate", number_text(frames_per_second),
+        {program, "-nostdin", "-loglevel", "error", "-y", "-framerate", rate_text(frames_per_second),
          "-start_number", "1", "-i", pattern, "-frames:v", std::to_string(frames),
          // H.264 of this pixel format, which all players know, has even sides only.
          "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p", "-f",

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
@@ -23,7 +24,6 @@
 namespace demo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 /// Patches wider than this share of the scene's diagonal get four lamps.
 constexpr float small_patch = 0.02f;
 /// A piece of more patches is no box: it is taken as round.
@@ -195,7 +195,7 @@ struct Part {
 /// Radiance L and area A give the intensity L A cos; pictures take intensities as divided by pi, since
 /// surfaces reflect their colour, not a share of 1 / pi of it.
 glm::vec3 intensity_of(const glm::vec3& power) {
-    return power / static_cast<float>(pi);
+    return power / std::numbers::pi_v<float>;
 }
 
 SceneLight pane_at(const Rectangle& place, bool of_front, const glm::vec3& power, const std::string& name) {
@@ -228,7 +228,7 @@ void add_patch(const Scene& scene, const Patch& patch, Sides sides, float diagon
         if (!exact) {
             SceneLight lamp;
             lamp.shape = lightmesh::PointLight{.position = part.weighted / part.weight,
-                                               .radius = std::sqrt(part.area / static_cast<float>(pi))};
+                                               .radius = std::sqrt(part.area / std::numbers::pi_v<float>)};
             lamp.intensity = intensity_of(glm::max(part.power(true), part.power(false)));
             lamp.facing = patch.normal;
             lamp.name = name;
@@ -276,8 +276,8 @@ void add_round(const std::vector<Sample>& samples, const std::string& name, std:
     }
     SceneLight lamp;
     lamp.shape = lightmesh::PointLight{.position = weighted / weight,
-                                       .radius = std::sqrt(area / static_cast<float>(4.0 * pi))};
-    lamp.intensity = power / static_cast<float>(4.0 * pi);
+                                       .radius = std::sqrt(area / (4.0f * std::numbers::pi_v<float>))};
+    lamp.intensity = power / (4.0f * std::numbers::pi_v<float>);
     lamp.name = name;
     lights.push_back(lamp);
 }
@@ -421,7 +421,7 @@ void open_bulbs(Scene& scene, std::span<const TriangleRange> meshes) {
                 double seen = 0.0;
                 for (const std::size_t t : piece)
                     seen += solid_angle(corners(scene, t), *lamp);
-                return std::abs(seen) > 2.0 * pi;
+                return std::abs(seen) > 2.0 * std::numbers::pi;
             });
             if (is_around_a_lamp)
                 for (const std::size_t t : piece)

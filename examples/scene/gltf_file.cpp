@@ -363,6 +363,11 @@ Bytes read_uri(const std::string& uri, const fs::path& folder) {
     return bytes;
 }
 
+const tinygltf::Value* gltf_extension(const tinygltf::ExtensionMap& extensions, const char* name) {
+    const auto found = extensions.find(name);
+    return found == extensions.end() ? nullptr : &found->second;
+}
+
 GltfFile::GltfFile(const fs::path& file) : folder_(file.parent_path()) {
     Chunks chunks = split(read_whole<Bytes>(file));
     check_nesting(chunks.json);

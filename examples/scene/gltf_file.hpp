@@ -17,6 +17,9 @@ namespace demo {
 
 using Bytes = std::vector<std::uint8_t>;
 
+/// What an object of the file has under the name of an extension, or null.
+const tinygltf::Value* gltf_extension(const tinygltf::ExtensionMap& extensions, const char* name);
+
 /// A glTF file's JSON as tinygltf takes it apart, with the buffers and pictures that it refers to.
 ///
 /// Buffers and pictures are read here, by the rules of the specification: percent-encoded and data URIs,

@@ -16,11 +16,6 @@ const Value* member(const Value* object, const char* name) {
     return object != nullptr && object->IsObject() && object->Has(name) ? &object->Get(name) : nullptr;
 }
 
-const Value* extension_of(const tinygltf::ExtensionMap& extensions, const char* name) {
-    const auto found = extensions.find(name);
-    return found == extensions.end() ? nullptr : &found->second;
-}
-
 float number(const Value* object, const char* name, float otherwise) {
     const Value* value = member(object, name);
     return value != nullptr && value->IsNumber() ? static_cast<float>(value->GetNumberAsDouble()) : otherwise;
@@ -69,7 +64,7 @@ int image_of(const tinygltf::Texture& texture) {
         return texture.source;
     for (const char* name :
          {"EXT_texture_webp", "KHR_texture_basisu", "EXT_texture_avif", "MSFT_texture_dds"}) {
-        const Value* source = member(extension_of(texture.extensions, name), "source");
+        const Value* source = member(gltf_extension(texture.extensions, name), "source");
         if (source != nullptr && source->IsNumber())
             return source->GetNumberAsInt();
     }
@@ -97,7 +92,7 @@ TextureMap map_of(const GltfFile& file, int texture, int coordinates, const Valu
 }
 
 TextureMap map_of(const GltfFile& file, const tinygltf::TextureInfo& info) {
-    return map_of(file, info.index, info.texCoord, extension_of(info.extensions, "KHR_texture_transform"));
+    return map_of(file, info.index, info.texCoord, gltf_extension(info.extensions, "KHR_texture_transform"));
 }
 
 /// As `map_of`, of a texture that stands in an extension.
@@ -125,7 +120,7 @@ glm::vec3 attenuation(const Value* volume) {
 /// KHR_materials_pbrSpecularGlossiness, which older files have: its diffuse colour.
 bool set_specular_glossiness(const GltfFile& file, const tinygltf::Material& source, Material& material,
                              MetallicRoughness& values) {
-    const Value* old = extension_of(source.extensions, "KHR_materials_pbrSpecularGlossiness");
+    const Value* old = gltf_extension(source.extensions, "KHR_materials_pbrSpecularGlossiness");
     if (old == nullptr)
         return false;
     values.metallic = 0.0f;
@@ -168,9 +163,9 @@ Material gltf_material(const GltfFile& file, std::size_t number_of_it, bool& lef
         material.opacity = pbr.baseColorFactor.size() == 4 ? share(pbr.baseColorFactor[3]) : 1.0f;
         material.base_map = map_of(file, pbr.baseColorTexture);
     }
-    const Value* transmission = extension_of(source.extensions, "KHR_materials_transmission");
-    const Value* volume = extension_of(source.extensions, "KHR_materials_volume");
-    const Value* ior = extension_of(source.extensions, "KHR_materials_ior");
+    const Value* transmission = gltf_extension(source.extensions, "KHR_materials_transmission");
+    const Value* volume = gltf_extension(source.extensions, "KHR_materials_volume");
+    const Value* ior = gltf_extension(source.extensions, "KHR_materials_ior");
     values.transmission = share(static_cast<double>(number(transmission, "transmissionFactor", 0.0f)));
     // Without a volume glass is a thin sheet, which does not bend rays.
     if (number(volume, "thicknessFactor", 0.0f) > 0.0f)
@@ -183,13 +178,13 @@ Material gltf_material(const GltfFile& file, std::size_t number_of_it, bool& lef
     else if (source.alphaMode == "BLEND")
         material.alpha_mode = AlphaMode::blend;
     material.alpha_cutoff = static_cast<float>(source.alphaCutoff);
-    const Value* strength = extension_of(source.extensions, "KHR_materials_emissive_strength");
+    const Value* strength = gltf_extension(source.extensions, "KHR_materials_emissive_strength");
     material.emission = colour_of(source.emissiveFactor, glm::vec3{0.0f}) *
                         (std::max)(0.0f, number(strength, "emissiveStrength", 1.0f));
     material.emission_map = map_of(file, source.emissiveTexture);
     if (source.emissiveTexture.index >= 0 && material.emission_map.texture < 0)
         material.emission = glm::vec3{0.0f};  // the factor alone would make everything shine
-    if (extension_of(source.extensions, "KHR_materials_unlit") != nullptr) {
+    if (gltf_extension(source.extensions, "KHR_materials_unlit") != nullptr) {
         material.is_unlit = true;
         material.emission = values.base;
         material.emission_map = material.base_map;

@@ -27,9 +27,6 @@ namespace fs = std::filesystem;
 
 /// Scene::radius as a share of the diagonal.
 constexpr float radius_share = 0.025f;
-/// Coordinates this many times as large as the model are moved to the origin: floats would hold no detail.
-constexpr double far_away = 64.0;
-
 /// Embree traces no rays beyond 2^60.
 constexpr float farthest_coordinate = 1e18f;
 
@@ -205,14 +202,9 @@ void choose_origin(const Model& model, Scene& scene) {
             low = glm::min(low, mesh.positions[index]);
             high = glm::max(high, mesh.positions[index]);
         }
-    const glm::dvec3 size = high - low;
-    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
-    const double extent = (std::max)({size.x, size.y, size.z});
-    const glm::dvec3 middle = glm::round(0.5 * (low + high));
-    if (extent > 0.0 && (std::max)({farthest.x, farthest.y, farthest.z}) > far_away * extent &&
-        std::isfinite(middle.x + middle.y + middle.z)) {
-        scene.origin = middle;
-        scene.remarks.push_back("the scene lies far from the origin: " + in_brackets(middle) +
+    if (const std::optional<glm::dvec3> middle = far_middle(low, high)) {
+        scene.origin = *middle;
+        scene.remarks.push_back("the scene lies far from the origin: " + in_brackets(*middle) +
                                 " of the file is the origin here");
     }
 }

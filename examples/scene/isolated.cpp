@@ -42,9 +42,9 @@ private:
     std::FILE* pipe_;
 };
 
-class Reader {
+class PipeReader {
 public:
-    explicit Reader(std::FILE* pipe) : pipe_(pipe) {}
+    explicit PipeReader(std::FILE* pipe) : pipe_(pipe) {}
     void bytes(void* data, std::size_t size) {
         if (size != 0 && std::fread(data, 1, size, pipe_) != size)
             throw Broken();
@@ -176,7 +176,7 @@ Model read_isolated(const std::function<Model()>& reader, const ReaderLimits& li
     std::size_t taken = 0;
     bool whole = true;
     try {
-        Reader source(pipe);
+        PipeReader source(pipe);
         exchange(source, outcome);
         if (outcome == Outcome::read)
             exchange(source, model);

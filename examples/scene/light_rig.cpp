@@ -10,13 +10,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <stdexcept>
 #include <variant>
 
 namespace demo {
 namespace {
-
-constexpr float pi = 3.14159265f;
 
 /// Height above the ground that `spread_lights` aims at, as a share of the scene's diagonal.
 constexpr float preferred_height = 0.035f;
@@ -185,7 +184,7 @@ glm::vec3 total_strength(const Scene& scene) {
         // Half of the 4 pi I of a point light goes down: that is E times the area for a directional one. A
         // side of a patch has pi I.
         if (std::holds_alternative<lightmesh::DirectionalLight>(light.shape))
-            total += light.intensity * (size.x * size.y / (2.0f * pi));
+            total += light.intensity * (size.x * size.y / (2.0f * std::numbers::pi_v<float>));
         else if (std::holds_alternative<lightmesh::RectLight>(light.shape))
             total += 0.25f * light.intensity;
         else

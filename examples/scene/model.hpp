@@ -82,6 +82,10 @@ Model read_ply(const std::filesystem::path& file);
 /// In small letters, with its dot.
 std::string extension_of(const std::filesystem::path& file);
 
+/// What is to be the origin of a model between these corners if it lies so far from its own that floats would
+/// hold no detail: its middle, in whole units. Empty: it stays where it is.
+std::optional<glm::dvec3> far_middle(const glm::dvec3& low, const glm::dvec3& high);
+
 /// Reads a file by its extension, and decodes its pictures.
 Model read_model(const std::filesystem::path& file, const ReadOptions& options = {});
 

@@ -15,9 +15,6 @@
 namespace demo {
 namespace {
 
-/// Coordinates this many times as large as the model are moved.
-constexpr double far_away = 64.0;
-
 [[noreturn]] void fail(std::size_t line, const std::string& problem) {
     throw std::runtime_error("line " + std::to_string(line) + ": " + problem);
 }
@@ -197,15 +194,10 @@ ObjText prepare_obj(std::string text) {
         if (words.next() == "f")
             check_face(words, counts, number);
     });
-    const glm::dvec3 size = high - low;
-    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
-    const double extent = (std::max)({size.x, size.y, size.z});
-    if (!(extent > 0.0) || !((std::max)({farthest.x, farthest.y, farthest.z}) > far_away * extent))
+    const std::optional<glm::dvec3> origin = far_middle(low, high);
+    if (!origin)
         return {std::move(text), glm::dvec3(0.0)};
-    const glm::dvec3 origin = glm::round(0.5 * (low + high));
-    if (!std::isfinite(origin.x + origin.y + origin.z))
-        return {std::move(text), glm::dvec3(0.0)};
-    return {moved(text, origin), origin};
+    return {moved(text, *origin), *origin};
 }
 
 }  // namespace demo

@@ -21,18 +21,18 @@ constexpr glm::vec2 pavilion_place{14.0f, 21.0f};
 constexpr glm::vec2 view_from = park_view_from;
 constexpr glm::vec2 view_to = park_view_to;
 
-struct Materials {
+struct ParkMaterials {
     std::uint32_t grass, gravel, water, stone, wood, iron, bulb, plaster, roof;
     std::array<std::uint32_t, 4> ground_leaves;
     std::array<std::uint32_t, 3> blades;
     Foliage oak, lime, maple, birch, fir;
 };
 
-Materials add_materials(MeshBuilder& mesh) {
+ParkMaterials add_park_materials(MeshBuilder& mesh) {
     const auto plain = [&](const char* name, glm::vec3 colour) {
         return mesh.add_material({.name = name, .diffuse = colour});
     };
-    Materials m{};
+    ParkMaterials m{};
     m.grass = plain("grass", {0.16f, 0.24f, 0.08f});
     m.gravel = plain("gravel", {0.52f, 0.44f, 0.33f});
     m.water = mesh.add_material({.name = "water",
@@ -72,7 +72,7 @@ struct Park {
     MeshBuilder mesh{scene};
     Random random{100};
     Terrain terrain;
-    Materials materials;
+    ParkMaterials materials;
     std::vector<Path> paths;
     std::vector<glm::vec2> lamps;
     std::vector<glm::vec2> trees;
@@ -302,7 +302,7 @@ bool is_free_for_tree(const Park& park, glm::vec2 p, float spacing) {
 }
 
 void build_tree(Park& park, glm::vec2 place) {
-    const Materials& m = park.materials;
+    const ParkMaterials& m = park.materials;
     const glm::vec3 root = park.terrain.on_ground(place);
     const std::uint32_t kind = park.random.index(20);
     const float height = park.random.uniform(12.5f, 18.0f);
@@ -338,7 +338,7 @@ void plant_trees(Park& park) {
 }
 
 void plant_bushes(Park& park) {
-    const Materials& m = park.materials;
+    const ParkMaterials& m = park.materials;
     for (int planted = 0, tries = 0; planted < 45 && tries < 4000; ++tries) {
         const glm::vec2 place{park.random.uniform(-60.0f, 60.0f), park.random.uniform(-56.0f, 60.0f)};
         const float from_path = distance_to_paths(park, place);
@@ -391,7 +391,7 @@ void scatter_to_goal(Park& park) {
 Scene make_park() {
     Park park;
     park.scene.name = "park";
-    park.materials = add_materials(park.mesh);
+    park.materials = add_park_materials(park.mesh);
     park.paths = park_paths(park.terrain.pond);
     build_ground(park);
     build_paths(park);

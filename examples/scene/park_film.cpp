@@ -18,7 +18,7 @@
 namespace demo {
 namespace {
 
-constexpr double length = 12.0;
+constexpr double park_length = 12.0;
 
 // The swing hangs on a beam on two pairs of legs.
 constexpr glm::vec2 swing_place{3.0f, -35.8f};
@@ -142,7 +142,7 @@ MovingPart add_walker(Scene& scene) {
 
 /// Slowly forwards and down, from the still picture's view on.
 Camera camera_at(double seconds, Camera camera) {
-    const float share = smooth_step(0.0f, 1.0f, static_cast<float>(seconds / length));
+    const float share = smooth_step(0.0f, 1.0f, static_cast<float>(seconds / park_length));
     camera.eye = glm::mix(camera.eye, glm::vec3{-4.0f, -53.0f, 13.5f}, share);
     camera.target = glm::mix(camera.target, glm::vec3{5.0f, 0.0f, 2.0f}, share);
     return camera;
@@ -158,7 +158,7 @@ AnimatedScene animate_park() {
     const auto camera = [still = scene.camera](double seconds) {
         return camera_at(seconds, still);
     };
-    return animate(std::move(scene), std::move(parts), camera, length);
+    return animate(std::move(scene), std::move(parts), camera, park_length);
 }
 
 }  // namespace demo

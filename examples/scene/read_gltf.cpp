@@ -72,11 +72,6 @@ void check_extensions(const tinygltf::Model& model, std::vector<std::string>& no
         notes.push_back("the file uses what is not supported, and is drawn without: " + used);
 }
 
-const Value* extension_of(const tinygltf::Node& node, const char* name) {
-    const auto found = node.extensions.find(name);
-    return found == node.extensions.end() ? nullptr : &found->second;
-}
-
 glm::dmat4 rotated(const std::vector<double>& q) {
     const glm::dquat rotation(q[3], q[0], q[1], q[2]);
     const double length = glm::length(rotation);
@@ -369,7 +364,7 @@ private:
             order_.push_back(node);
             placed.to_world = placed.to_world * local_transform(source_.nodes[node], true);
             placed.without_scale = placed.without_scale * local_transform(source_.nodes[node], false);
-            const Value* visibility = extension_of(source_.nodes[node], "KHR_node_visibility");
+            const Value* visibility = gltf_extension(source_.nodes[node].extensions, "KHR_node_visibility");
             if (visibility != nullptr && visibility->Has("visible") && visibility->Get("visible").IsBool() &&
                 !visibility->Get("visible").Get<bool>())
                 placed.is_visible = false;
@@ -399,7 +394,7 @@ private:
         for (const std::size_t node : order_) {
             if (!placed_[node].is_in_scene)
                 continue;
-            const Value* punctual = extension_of(source_.nodes[node], "KHR_lights_punctual");
+            const Value* punctual = gltf_extension(source_.nodes[node].extensions, "KHR_lights_punctual");
             if (punctual != nullptr && punctual->Has("light") && punctual->Get("light").IsNumber()) {
                 if (placed_[node].is_visible)
                     add_light(node, punctual->Get("light").GetNumberAsInt());
@@ -489,7 +484,7 @@ private:
     /// Where EXT_mesh_gpu_instancing puts the meshes of a node; otherwise where the node is.
     std::vector<glm::dmat4> instances(std::size_t number) const {
         const glm::dmat4& to_world = placed_[number].to_world;
-        const Value* extension = extension_of(source_.nodes[number], "EXT_mesh_gpu_instancing");
+        const Value* extension = gltf_extension(source_.nodes[number].extensions, "EXT_mesh_gpu_instancing");
         if (extension == nullptr || !extension->Has("attributes"))
             return {to_world};
         std::size_t count = 0;

@@ -2,8 +2,11 @@
 #include "isolated.hpp"
 #include "model.hpp"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <exception>
 #include <new>
 #include <string>
@@ -34,6 +37,18 @@ std::string extension_of(const std::filesystem::path& file) {
     std::ranges::transform(extension, extension.begin(),
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return extension;
+}
+
+std::optional<glm::dvec3> far_middle(const glm::dvec3& low, const glm::dvec3& high) {
+    constexpr double far_away = 64.0;
+    const glm::dvec3 size = high - low;
+    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
+    const double extent = (std::max)({size.x, size.y, size.z});
+    const glm::dvec3 middle = glm::round(0.5 * (low + high));
+    if (extent > 0.0 && (std::max)({farthest.x, farthest.y, farthest.z}) > far_away * extent &&
+        std::isfinite(middle.x + middle.y + middle.z))
+        return middle;
+    return {};
 }
 
 Model read_model(const std::filesystem::path& file, const ReadOptions& options) {

@@ -291,9 +291,9 @@ glm::dvec3 picked(const std::vector<double>& values, const std::array<int, 3>& p
             values[static_cast<std::size_t>(places[2])]};
 }
 
-class Reader {
+class BodyReader {
 public:
-    Reader(const Header& header, std::string_view content)
+    BodyReader(const Header& header, std::string_view content)
         : header_(header), numbers_(content.substr(header.size), header.format) {}
 
     ModelMesh read() {
@@ -439,7 +439,7 @@ Model read_ply(const fs::path& file) {
     auto content = read_whole<std::string>(file);
     const Header header = read_header(content);
     Model model;
-    model.meshes.push_back(Reader(header, content).read());
+    model.meshes.push_back(BodyReader(header, content).read());
     content = std::string();
     ModelMesh& mesh = model.meshes.back();
     mesh.name = "the mesh";

@@ -13,18 +13,18 @@
 namespace demo {
 namespace {
 
-struct Materials {
+struct RoomMaterials {
     std::array<std::uint32_t, 6> paint;
     std::array<std::uint32_t, 4> floor;
     std::array<std::uint32_t, 8> cloth;
     std::uint32_t wall_top, outside, oak, walnut, white, metal, shade, leaf, clay, ground;
 };
 
-Materials add_materials(MeshBuilder& mesh) {
+RoomMaterials add_room_materials(MeshBuilder& mesh) {
     const auto plain = [&](const char* name, glm::vec3 colour) {
         return mesh.add_material({.name = name, .diffuse = colour});
     };
-    Materials m{};
+    RoomMaterials m{};
     m.paint = {plain("paint cream", {0.80f, 0.74f, 0.62f}), plain("paint sage", {0.52f, 0.62f, 0.50f}),
                plain("paint blue", {0.46f, 0.58f, 0.68f}),  plain("paint terracotta", {0.74f, 0.46f, 0.34f}),
                plain("paint ochre", {0.80f, 0.62f, 0.32f}), plain("paint plum", {0.56f, 0.42f, 0.50f})};
@@ -53,7 +53,7 @@ struct Rooms {
     Scene scene;
     MeshBuilder mesh{scene};
     Random random{36};
-    Materials materials;
+    RoomMaterials materials;
 };
 
 std::uint32_t paint_of(const Rooms& rooms, int column, int row) {
@@ -450,7 +450,7 @@ void build_floors(Rooms& rooms) {
 Scene make_rooms() {
     Rooms rooms;
     rooms.scene.name = "rooms";
-    rooms.materials = add_materials(rooms.mesh);
+    rooms.materials = add_room_materials(rooms.mesh);
     build_floors(rooms);
     build_walls(rooms);
     for (int row = 0; row < rooms_per_side; ++row) {

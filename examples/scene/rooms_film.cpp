@@ -18,7 +18,7 @@
 namespace demo {
 namespace {
 
-constexpr double length = 8.0;
+constexpr double rooms_length = 8.0;
 
 /// A doorway, and when its door begins to open; by how many turns, about the end at lower coordinates.
 struct Opening {
@@ -110,7 +110,7 @@ AnimatedScene animate_rooms() {
             add_door(scene, i, line, true, parts);
             add_door(scene, line, i, false, parts);
         }
-    return animate(std::move(scene), std::move(parts), {}, length);
+    return animate(std::move(scene), std::move(parts), {}, rooms_length);
 }
 
 }  // namespace demo

@@ -19,8 +19,6 @@
 namespace demo {
 namespace {
 
-using lightmesh::Bounds;
-
 /// Of values without padding.
 template <class Value>
 bool same_bits(const Value& a, const Value& b) {
@@ -76,27 +74,27 @@ bool same_but_for_places(const Scene& a, const Scene& b) {
                               [](const Material& x, const Material& y) { return same(x, y); });
 }
 
-Bounds common(const Bounds& a, const Bounds& b) {
+lightmesh::Bounds common(const lightmesh::Bounds& a, const lightmesh::Bounds& b) {
     return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
 }
 
-Bounds around(const Scene& scene, const Triangle& triangle) {
+lightmesh::Bounds around(const Scene& scene, const Triangle& triangle) {
     const glm::vec3& first = scene.positions[triangle.vertex[0]];
-    Bounds box{first, first};
+    lightmesh::Bounds box{first, first};
     for (const std::uint32_t vertex : triangle.vertex)
         box = common(box, {scene.positions[vertex], scene.positions[vertex]});
     return box;
 }
 
 /// Boxes around the instances that moved, or whose part has other places, before and after.
-void add_moved_instances(std::vector<Bounds>& moved, const Scene& before, const Scene& after) {
+void add_moved_instances(std::vector<lightmesh::Bounds>& moved, const Scene& before, const Scene& after) {
     std::vector<bool> has_moved;
     for (const MeshPart& part : after.parts)
         has_moved.push_back(std::memcmp(&before.positions[part.first_vertex],
                                         &after.positions[part.first_vertex],
                                         part.vertex_count * sizeof(glm::vec3)) != 0);
-    const std::vector<Bounds> boxes_before = boxes_of_parts(before);
-    const std::vector<Bounds> boxes_after = boxes_of_parts(after);
+    const std::vector<lightmesh::Bounds> boxes_before = boxes_of_parts(before);
+    const std::vector<lightmesh::Bounds> boxes_after = boxes_of_parts(after);
     for (std::size_t i = 0; i < after.instances.size(); ++i) {
         const Instance& was = before.instances[i];
         const Instance& is = after.instances[i];
@@ -108,25 +106,25 @@ void add_moved_instances(std::vector<Bounds>& moved, const Scene& before, const 
 }
 
 /// Half of the surface.
-double area_of(const Bounds& box) {
+double area_of(const lightmesh::Bounds& box) {
     const glm::dvec3 size = glm::dvec3(box.high) - glm::dvec3(box.low);
     return size.x * size.y + size.y * size.z + size.z * size.x;
 }
 
-glm::vec3 doubled_centre(const Bounds& box) {
+glm::vec3 doubled_centre(const lightmesh::Bounds& box) {
     return box.low + box.high;
 }
 
 /// Boxes with a box around them all, and what two boxes instead of it would save.
 struct Group {
-    std::span<Bounds> boxes;
-    Bounds around;
+    std::span<lightmesh::Bounds> boxes;
+    lightmesh::Bounds around;
     double saved = 0.0;
     std::size_t left = 0;  ///< how many boxes go into the first of the two, in order of `axis`
     int axis = 0;
 
-    explicit Group(std::span<Bounds> all) : boxes(all), around(all[0]) {
-        for (const Bounds& box : boxes)
+    explicit Group(std::span<lightmesh::Bounds> all) : boxes(all), around(all[0]) {
+        for (const lightmesh::Bounds& box : boxes)
             around = common(around, box);
         for (int along = 0; along < 3; ++along)
             find_split(along);
@@ -135,8 +133,8 @@ struct Group {
     bool operator<(const Group& other) const { return saved < other.saved; }
 
     void sort(int along) const {
-        std::ranges::stable_sort(boxes, {},
-                                 [along](const Bounds& box) { return doubled_centre(box)[along]; });
+        std::ranges::stable_sort(
+            boxes, {}, [along](const lightmesh::Bounds& box) { return doubled_centre(box)[along]; });
     }
 
 private:
@@ -144,7 +142,7 @@ private:
     void find_split(int along) {
         sort(along);
         std::vector<double> behind(boxes.size());
-        Bounds box = boxes.back();
+        lightmesh::Bounds box = boxes.back();
         for (std::size_t i = boxes.size(); i-- > 0;) {
             box = common(box, boxes[i]);
             behind[i] = area_of(box);
@@ -163,9 +161,9 @@ private:
 };
 
 /// Splits where that saves most, as long as it saves a fair share of a box.
-std::vector<Bounds> few_boxes(std::vector<Bounds>& boxes) {
+std::vector<lightmesh::Bounds> few_boxes(std::vector<lightmesh::Bounds>& boxes) {
     constexpr double worth_a_box = 0.25;
-    std::vector<Bounds> result;
+    std::vector<lightmesh::Bounds> result;
     if (boxes.empty())
         return result;
     std::priority_queue<Group> groups;
@@ -196,7 +194,7 @@ SceneChange difference(const Scene& before, const Scene& after) {
     for (std::size_t i = 0; i < after.lights.size(); ++i)
         if (!same_shape(before.lights[i].shape, after.lights[i].shape))
             change.lights.push_back(i);
-    std::vector<Bounds> moved;
+    std::vector<lightmesh::Bounds> moved;
     for (const Triangle& triangle : std::span(after.triangles).first(own_triangles(after)))
         if (std::ranges::any_of(triangle.vertex, [&](std::uint32_t vertex) {
                 return !same_bits(before.positions[vertex], after.positions[vertex]);

@@ -19,17 +19,17 @@ constexpr float kerb = 0.13f;
 constexpr float storey = 3.1f;
 constexpr float post_spacing = 21.0f;
 
-struct Materials {
+struct StreetMaterials {
     std::uint32_t asphalt, pavement, paint, glass, door, iron, roof, stone, rubber, bulb;
     std::array<std::uint32_t, 6> plaster;
     std::array<std::uint32_t, 4> car;
 };
 
-Materials add_materials(MeshBuilder& mesh) {
+StreetMaterials add_street_materials(MeshBuilder& mesh) {
     const auto plain = [&](const char* name, glm::vec3 colour) {
         return mesh.add_material({.name = name, .diffuse = colour});
     };
-    Materials m{};
+    StreetMaterials m{};
     m.asphalt = plain("asphalt", {0.16f, 0.16f, 0.17f});
     m.pavement = plain("pavement", {0.44f, 0.43f, 0.41f});
     m.paint = plain("paint", {0.80f, 0.79f, 0.75f});
@@ -61,7 +61,7 @@ struct Street {
     Scene scene;
     MeshBuilder mesh{scene};
     Random random{1847};
-    Materials materials{};
+    StreetMaterials materials{};
 
     void add_lamp(glm::vec3 position, glm::vec3 intensity) {
         scene.lights.push_back({lightmesh::PointLight{position}, intensity});
@@ -267,7 +267,7 @@ void build_things(Street& street) {
 Scene make_street() {
     Street street;
     street.scene.name = "street";
-    street.materials = add_materials(street.mesh);
+    street.materials = add_street_materials(street.mesh);
     build_ground(street);
     build_posts(street);
     build_houses(street);

@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Of this file's layout.
-constexpr int format = 2;
+constexpr int format_number = 2;
 
 constexpr std::array short_tests{lightmesh::ShortTest::none, lightmesh::ShortTest::linked,
                                  lightmesh::ShortTest::exact};
@@ -170,7 +170,7 @@ void require_same(const Json& earlier, const Json& current) {
 
 std::string to_json(const Report& report) {
     Json json;
-    json["format"] = format;
+    json["format"] = format_number;
     json["finished"] = report.tuning.finished;
     json["context"] = context_of(report);
     json["threads"] = report.threads;
@@ -200,9 +200,9 @@ std::vector<tune::Measurement> measurements_from_json(const std::filesystem::pat
     const std::string text = read_file(file);
     try {
         const Json json = Json::parse(text);
-        if (json.at("format") != format)
+        if (json.at("format") != format_number)
             throw std::runtime_error("it has format " + json.at("format").dump() + ", not " +
-                                     std::to_string(format));
+                                     std::to_string(format_number));
         require_same(json.at("context"), context_of(current));
         std::vector<tune::Measurement> measurements;
         for (const Json& one : json.at("measurements"))
