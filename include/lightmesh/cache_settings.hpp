@@ -33,10 +33,10 @@ struct CacheSettings {
     /// Whether rays from the point itself decide where the finest records still disagree: sharp edges for
     /// small lamps, at up to `lamp_rays` rays for each point and light on such an edge, always.
     bool exact_edges = false;
-    /// Whether records of steps g and g / 2 have shaft rows, which look at what stands around them: from 16
-    /// places over a square of a step, one of them their own, one ray each to as many parts of a lamp. Where
-    /// these disagree, and the record itself sees something else than they do together, there are finer
-    /// records. Contact shadows of things down to a sixth of g are found, for about a tenth more rays.
+    /// Whether records of steps g, g / 2 and g / 4 have shaft rows, which look at what stands around them:
+    /// from 16 places over a square of a step, one of them their own, one ray each to as many parts of a
+    /// lamp. Where these disagree, and the record itself sees something else than they do together, there are
+    /// finer records. Contact shadows of things down to a sixth of g are found, for about a sixth more rays.
     /// Without, four rays a cell ask what lies between its records. Caches of a light mesh have none,
     /// whatever is said here.
     bool shaft_rows = true;

@@ -54,9 +54,14 @@ public:
 
     int finest_level() const { return finest_; }
     /// Whether probes ask what records of a level miss.
-    bool has_probes(int level) const { return is_coarse(level) && !has_shaft_rows_; }
-    /// Whether records themselves look half a step to all sides.
-    bool has_shaft_rows(int level) const { return is_coarse(level) && has_shaft_rows_; }
+    bool has_probes(int level) const {
+        return (level == base_level || level == base_level + 1) && !has_shaft_rows_;
+    }
+    /// Whether records themselves look half a step to all sides: those of steps g, g / 2 and g / 4. A level
+    /// more would find nothing that these miss.
+    bool has_shaft_rows(int level) const {
+        return level >= base_level && level < base_level + 3 && has_shaft_rows_;
+    }
     /// World units.
     double step(int level) const { return step_[static_cast<std::size_t>(level)]; }
     /// World units.
@@ -89,8 +94,6 @@ private:
             to_text(step(finest_) * max_index) +
             " to all sides of its origin; a greater spacing or less detail reaches farther");
     }
-
-    static bool is_coarse(int level) { return level == base_level || level == base_level + 1; }
 
     std::array<double, level_count> step_{};
     std::array<double, level_count> per_step_{};

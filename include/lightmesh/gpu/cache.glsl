@@ -1088,9 +1088,9 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         how.window = 0u;
         how.probe = uvec4(0u);
         bool is_coarse = is_base && level < 11;
-        how.has_shafts = is_coarse && lightmesh_cache_has_shaft_rows();
+        how.has_shafts = is_base && level < 12 && lightmesh_cache_has_shaft_rows();
         uvec2 known = uvec2(~0u);
-        if (is_coarse && !how.has_shafts && !is_last) {
+        if (is_coarse && !lightmesh_cache_has_shaft_rows() && !is_last) {
             ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
             how.window = uint(min(8 * min(inside.x, inside.y), 32768));
             uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.facings[turn], axes, level) : 0u;
