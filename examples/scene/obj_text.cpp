@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "obj_text.hpp"
 
+#include "model.hpp"
+
 #include <glm/common.hpp>
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
