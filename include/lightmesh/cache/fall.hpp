@@ -3,12 +3,14 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/cache/record.hpp>
+#include <lightmesh/segment.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -67,12 +69,23 @@ std::optional<SolidExit> find_exit(const Tracer& tracer, const glm::vec3& start,
     }
 }
 
-/// The first surface below a point, within `length`. `likely`, or null: how a surface goes on that is known
-/// nearby. Where bisection would find it there, two rays say so.
+/// How far a surface known nearby may lie above or below where it goes on, world units.
+inline float slack_of(float step) {
+    return 0.004f * step;
+}
+
+/// The segments that tell whether the first surface below a point is about as far down as `fall`: the first
+/// one must be open, the second one blocked.
+inline std::array<Segment, 2> segments_around_landing(const glm::vec3& start, const Facing& facing,
+                                                      float fall, float step) {
+    return {Segment{start, start - (fall - slack_of(step)) * facing.up()},
+            Segment{start, start - (fall + slack_of(step)) * facing.up()}};
+}
+
+/// The first surface below a point, within `length`.
 template <Intersector Tracer>
 std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& start, const Facing& facing,
-                                         float length, float step, const Landing* likely,
-                                         std::uint64_t& rays) {
+                                         float length, float step, std::uint64_t& rays) {
     const glm::vec3 up = facing.up();
     if constexpr (ClosestHitIntersector<Tracer>) {
         ++rays;
@@ -85,13 +98,6 @@ std::optional<Landing> fall_onto_surface(const Tracer& tracer, const glm::vec3& 
         return Landing{std::clamp(hit->distance, 0.0f, length),
                        glm::dot(normal, up) < 0.0f ? -normal : normal};
     } else {
-        if (likely != nullptr) {
-            const float room = 0.004f * step;
-            rays += 2;
-            if (likely->fall > room && !tracer.occluded({start, start - (likely->fall - room) * up}) &&
-                tracer.occluded({start, start - (likely->fall + room) * up}))
-                return Landing{likely->fall - room, likely->normal};
-        }
         const std::optional<float> fall = bisect_fall(tracer, start, -up, length, rays);
         if (!fall)
             return std::nullopt;

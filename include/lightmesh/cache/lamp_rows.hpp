@@ -66,9 +66,15 @@ struct RowLook {
     Around around = Around::no;
     RowOrigin origin{};  ///< of the record itself
     RayPlan plan{};      ///< for rays from there
+    static constexpr std::size_t most_places = 16;
     std::size_t place_count = 0;
-    std::array<RowOrigin, 16> places{};   ///< where there is a surface
-    std::array<std::uint8_t, 16> part{};  ///< of a lamp, for each of them
+    std::array<RowOrigin, most_places> places{};   ///< where there is a surface
+    std::array<std::uint8_t, most_places> part{};  ///< of a lamp, for each of them
+
+    void add_place(std::size_t part_of_lamp, const RowOrigin& place) {
+        part[place_count] = static_cast<std::uint8_t>(part_of_lamp);
+        places[place_count++] = place;
+    }
 };
 
 /// Which rays tell what shares of a tile's lamps are open, round by round, and what they have told. Knows no
@@ -88,13 +94,14 @@ public:
     /// long as they disagree, up to the most.
     template <class Add>
     void list_round(Add&& add) const {
-        if (is_around_) {
-            for (std::size_t i = 0; i < look_.place_count; ++i)
-                list_part(look_.places[i], look_.part[i], add);
-            return;
+        // Light by light: what runs side by side, tracers of packets do at once.
+        for (std::uint64_t rest = wanted_; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            if (is_around_)
+                list_rays_around(l, add);
+            else
+                list_rays(l, add);
         }
-        for (std::uint64_t rest = wanted_; rest != 0; rest &= rest - 1)
-            list_rays(static_cast<std::size_t>(std::countr_zero(rest)), add);
     }
     /// Writes the values that all rays so far give: 0 to 255, or what a probe says. Returns whether it takes
     /// another round.
@@ -154,16 +161,16 @@ private:
         until_ = look_.plan.first;
     }
 
-    /// One ray from a place to the i-th part of each light that does not lie below.
+    /// One ray to its own part of a light from each place that the light does not lie below.
     template <class Add>
-    void list_part(const RowOrigin& origin, std::size_t i, Add&& add) const {
-        for (std::uint64_t rest = wanted_; rest != 0; rest &= rest - 1) {
-            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            const Lamp& lamp = lamp_of(l);
+    void list_rays_around(std::size_t l, Add&& add) const {
+        const Lamp& lamp = lamp_of(l);
+        for (std::size_t i = 0; i < look_.place_count; ++i) {
+            const RowOrigin& origin = look_.places[i];
             if (lamp.is_below(origin.position, origin.unit_normal))
                 continue;
             const Lamp::View view = view_of(lamp, origin);
-            add(static_cast<std::uint8_t>(l), lamp.is_point() ? view.middle_ray() : view.ray(i));
+            add(static_cast<std::uint8_t>(l), lamp.is_point() ? view.middle_ray() : view.ray(look_.part[i]));
         }
     }
     /// After those: what a probe says, or what is left for rays from the record itself.

@@ -16,16 +16,20 @@
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/taps.hpp>
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/fill/trace.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/free_slots.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/segment.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/frame_ages.hpp>
 #include <lightmesh/support/vectors.hpp>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -199,65 +203,31 @@ public:
     /// From where rays tell the row of a column's record; places around it are found by rays.
     RowLook look_of(const Column& column) const {
         const RecordKey& key = column.key;
-        const Facing facing = key.facing();
-        const int level = key.level();
-        const double step = lattice_.step(level);
         // The same for all heights of a column: those on one surface give the same values.
         RecordKey seed_key = key;
-        seed_key.words[facing.axis] &= ~RecordKey::index_mask;
-        const std::uint64_t seed = hash_of(seed_key);
-        const auto from = [&](const glm::vec3& position, const glm::vec3& normal) -> RowOrigin {
-            return {off_surface(position, normal, step), normal, seed, step, greatest_reach(lattice_)};
-        };
+        seed_key.words[key.facing().axis] &= ~RecordKey::index_mask;
         RowLook look;
-        const bool is_shaft = has_shaft_row(lattice_, key, *column.record);
-        if (!key.is_probe()) {
-            const int below = level - Lattice::base_level;
-            const auto most = [&](int halvings) {
-                return static_cast<std::size_t>((std::max)(settings_.lamp_rays >> std::clamp(halvings, 0, 2),
-                                                           (std::min)(settings_.lamp_rays, 16)));
-            };
-            look.origin = from(column.position, column.normal);
-            // Where places around have seen both, rays to the rim need not tell whether there is a penumbra.
-            look.plan = is_shaft ? RayPlan{.has_rim = false, .first = most(2), .most = most(below - 1)}
-                        : column.record->is_on_surface()
-                            ? RayPlan::full(most(below - 1))
-                            : RayPlan::glance(static_cast<std::size_t>(settings_.lamp_rays), below >= 2);
-            if (!is_shaft)
-                return look;
+        look.origin.seed = hash_of(seed_key);
+        look.origin.step = lattice_.step(key.level());
+        look.origin.reach = greatest_reach(lattice_);
+        if (key.is_probe()) {
+            look_around_cell(column, look);
+            return look;
         }
-        look.around = is_shaft ? RowLook::Around::first : RowLook::Around::only;
-        const std::size_t side = is_shaft ? 4 : 2;
-        const glm::vec3 centre = is_shaft ? lattice_.position(key.index(), level)
-                                          : probe_start(lattice_, key.index(), facing, level);
-        // One of the middle places of a shaft row is the record itself: all others may lie beyond walls.
-        constexpr std::size_t own_place = 5;
-        for (std::size_t i = 0; i < side * side; ++i) {
-            if (is_shaft && i == own_place) {
-                look.part[look.place_count] = own_place;
-                look.places[look.place_count++] = look.origin;
-                continue;
-            }
-            const auto aside = [&](std::size_t part) {
-                return step * ((static_cast<double>(part) + 0.5) / static_cast<double>(side) - 0.5);
-            };
-            const double u = aside(i % side);
-            const double v = aside(i / side);
-            glm::vec3 start = centre;
-            start[facing.u()] += static_cast<float>(u);
-            start[facing.v()] += static_cast<float>(v);
-            if (is_shaft)
-                start[facing.axis] += slope_rise(column.normal, facing, u, v, step);
-            const Landing likely{column.record->fall, column.normal};
-            const auto landing = land(start, facing, level, 4.0f, is_shaft ? &likely : nullptr);
-            if (!landing)
-                continue;
-            const glm::vec3 position = start - landing->fall * facing.up();
-            // Another surface, of which the record says nothing.
-            if (is_shaft && fit_of(position, landing->normal, column.position, column.normal, step) == 0)
-                continue;
-            look.part[look.place_count] = static_cast<std::uint8_t>(i);
-            look.places[look.place_count++] = from(position, landing->normal);
+        look.origin = origin_at(look, column.position, column.normal);
+        const int below = key.level() - Lattice::base_level;
+        const auto most = [&](int halvings) {
+            return static_cast<std::size_t>((std::max)(settings_.lamp_rays >> std::clamp(halvings, 0, 2),
+                                                       (std::min)(settings_.lamp_rays, 16)));
+        };
+        if (has_shaft_row(lattice_, key, *column.record)) {
+            look_around_record(column, look);
+            // Where places around have seen both, rays to the rim need not tell whether there is a penumbra.
+            look.plan = {.has_rim = false, .first = most(2), .most = most(below - 1)};
+        } else if (column.record->is_on_surface()) {
+            look.plan = RayPlan::full(most(below - 1));
+        } else {
+            look.plan = RayPlan::glance(static_cast<std::size_t>(settings_.lamp_rays), below >= 2);
         }
         return look;
     }
@@ -466,13 +436,89 @@ private:
     }
 
     /// Where it is down from a place onto a surface, within some steps.
-    std::optional<Landing> land(const glm::vec3& start, const Facing& facing, int level, float steps,
-                                const Landing* likely = nullptr) const {
+    std::optional<Landing> land(const glm::vec3& start, const Facing& facing, int level, float steps) const {
         const auto step = static_cast<float>(lattice_.step(level));
         std::uint64_t rays = 0;
-        const auto landing = fall_onto_surface(tracer_, start, facing, steps * step, step, likely, rays);
+        const auto landing = fall_onto_surface(tracer_, start, facing, steps * step, step, rays);
         drop_rays_.fetch_add(rays, std::memory_order_relaxed);
         return landing;
+    }
+
+    /// A place on a surface, as a record looks from there.
+    static RowOrigin origin_at(const RowLook& look, const glm::vec3& position, const glm::vec3& normal) {
+        RowOrigin origin = look.origin;
+        origin.position = off_surface(position, normal, origin.step);
+        origin.unit_normal = normal;
+        return origin;
+    }
+
+    /// The middle of part i of a square of a step that is cut into `side` times `side`, seen from the
+    /// square's own middle.
+    static glm::dvec2 middle_of_part(std::size_t i, std::size_t side, double step) {
+        const auto along = [&](std::size_t part) {
+            return step * ((static_cast<double>(part) + 0.5) / static_cast<double>(side) - 0.5);
+        };
+        return {along(i % side), along(i / side)};
+    }
+
+    /// Four places all over a probe's cell.
+    void look_around_cell(const Column& column, RowLook& look) const {
+        const RecordKey& key = column.key;
+        const Facing facing = key.facing();
+        look.around = RowLook::Around::only;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const glm::dvec2 aside = middle_of_part(i, 2, look.origin.step);
+            glm::vec3 start = probe_start(lattice_, key.index(), facing, key.level());
+            start[facing.u()] += static_cast<float>(aside.x);
+            start[facing.v()] += static_cast<float>(aside.y);
+            if (const auto landing = land(start, facing, key.level(), 4.0f))
+                look.add_place(i, origin_at(look, start - landing->fall * facing.up(), landing->normal));
+        }
+    }
+
+    /// Sixteen places around a record, where its surface goes on. One of the middle ones is the record
+    /// itself: all others may lie beyond walls.
+    void look_around_record(const Column& column, RowLook& look) const {
+        constexpr std::size_t own_place = 5;
+        const RecordKey& key = column.key;
+        const Facing facing = key.facing();
+        const double step = look.origin.step;
+        const float fall = column.record->fall;
+        look.around = RowLook::Around::first;
+        std::array<glm::vec3, RowLook::most_places> starts;
+        std::array<Segment, 2 * RowLook::most_places> segments;
+        std::array<std::uint8_t, 2 * RowLook::most_places> hit{};
+        for (std::size_t i = 0; i < starts.size(); ++i) {
+            const glm::dvec2 aside = middle_of_part(i, 4, step);
+            starts[i] = lattice_.position(key.index(), key.level());
+            starts[i][facing.u()] += static_cast<float>(aside.x);
+            starts[i][facing.v()] += static_cast<float>(aside.y);
+            starts[i][facing.axis] += slope_rise(column.normal, facing, aside.x, aside.y, step);
+            const auto ways = segments_around_landing(starts[i], facing, fall, static_cast<float>(step));
+            segments[2 * i] = ways[0];
+            segments[2 * i + 1] = ways[1];
+        }
+        const bool has_room = fall > slack_of(static_cast<float>(step));
+        if (has_room) {
+            trace(tracer_, std::span<const Segment>(segments), std::span<std::uint8_t>(hit));
+            drop_rays_.fetch_add(segments.size(), std::memory_order_relaxed);
+        }
+        for (std::size_t i = 0; i < starts.size(); ++i) {
+            if (i == own_place) {
+                look.add_place(i, look.origin);
+                continue;
+            }
+            const bool goes_on = has_room && hit[2 * i] == 0 && hit[2 * i + 1] != 0;
+            const auto landing =
+                goes_on ? std::optional<Landing>({fall - slack_of(static_cast<float>(step)), column.normal})
+                        : land(starts[i], facing, key.level(), 4.0f);
+            if (!landing)
+                continue;
+            const glm::vec3 position = starts[i] - landing->fall * facing.up();
+            // Another surface, of which the record says nothing.
+            if (fit_of(position, landing->normal, column.position, column.normal, step) != 0)
+                look.add_place(i, origin_at(look, position, landing->normal));
+        }
     }
 
     /// Lets a record fall. Returns how many steps farther down its lattice point should be; then it is not
