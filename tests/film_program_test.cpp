@@ -2,6 +2,7 @@
 
 // lightmesh-render film as its users run it.
 
+#include "gltf_writer.hpp"
 #include "image/image.hpp"
 #include "render/files.hpp"
 #include "run_command.hpp"
@@ -187,6 +188,58 @@ TEST_CASE("lightmesh-render film --on gpu: the pictures of picture --on gpu, fro
     CHECK(by_cpu.status == 1);
     CHECK_MESSAGE(by_cpu.errors.find("there and the CPU here; --overwrite removes them") != std::string::npos,
                   by_cpu.errors);
+}
+
+TEST_CASE(
+    "lightmesh-render film --on gpu: frames are the same from anywhere, by light through many panes too") {
+    const TemporaryFolder folder;
+    test::GltfFile file;
+    file.add("SCALAR", {0, 1});
+    // Apart from each other, then above each other: trees that are built then have other shapes.
+    file.add("VEC3", {-3, -3, 2, -1.5f, -1.5f, 0.5f});
+    file.add("VEC3", {2, 1, 0.5f, -1.4f, -1.5f, 1.25f});
+    file.add("VEC3", {-3, 1, 1, -1.3f, -1.5f, 0.75f});
+    file.add("VEC3", {1, -3, 1.5f, -1.2f, -1.5f, 1.5f});
+    file.add("VEC3", {-1, 2, 0.75f, -1.1f, -1.5f, 1});
+    std::string nodes =
+        R"({"children":[1,2,3,4,5,6,7,8]},{"mesh":0,"translation":[-4,-4,0],"scale":[12,12,12]},
+        {"camera":0,"translation":[0,0,7]},
+        {"translation":[0.3,0.2,4],"extensions":{"KHR_lights_punctual":{"light":0}}})";
+    std::string meshes = R"({"primitives":[{"attributes":{"POSITION":0},"material":0}]})";
+    std::string materials = R"({"pbrMetallicRoughness":{"metallicFactor":0}})";
+    std::string samplers;
+    std::string channels;
+    for (int pane = 0; pane < 5; ++pane) {
+        const std::string number = std::to_string(pane);
+        const std::string next = std::to_string(pane + 1);
+        nodes += R"(,{"scale":[4,4,4],"mesh":)" + next + "}";
+        meshes += R"(,{"primitives":[{"attributes":{"POSITION":0},"material":)" + next + "}]}";
+        materials +=
+            R"(,{"alphaMode":"BLEND","pbrMetallicRoughness":{"metallicFactor":0,"baseColorFactor":[1,1,1,)" +
+            std::to_string(0.1 + 0.07 * pane) + "]}}";
+        samplers += (pane == 0 ? "" : ",") + (R"({"input":1,"output":)" + std::to_string(pane + 2) + "}");
+        channels += (pane == 0 ? "" : ",") + (R"({"sampler":)" + number) +
+                    R"(,"target":{"path":"translation","node":)" + std::to_string(pane + 4) + "}}";
+    }
+    const std::string scene =
+        file.write(folder, R"("cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],
+                "extensionsUsed":["KHR_lights_punctual"],
+                "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":300}]}},
+                "nodes":[)" + nodes +
+                               R"(],"meshes":[)" + meshes + R"(],"materials":[)" + materials +
+                               R"(],"animations":[{"samplers":[)" + samplers + R"(],"channels":[)" +
+                               channels + "]}]")
+            .string();
+    const std::string command =
+        scene + " --on gpu -a whitted --fps 1 --width 48 --height 36 --samples 1 --format exr -o ";
+    const Finished all = film(folder, command + (folder / "all").string() + " --frames 2");
+    REQUIRE_MESSAGE(all.status == 0, all.errors);
+    const Finished late = film(folder, command + (folder / "late").string() + " --from 1 --frames 1");
+    REQUIRE_MESSAGE(late.status == 0, late.errors);
+    CHECK(demo::read_file(frame(folder, "all", 2, ".exr")) ==
+          demo::read_file(frame(folder, "late", 1, ".exr")));
+    CHECK(demo::read_file(frame(folder, "all", 1, ".exr")) !=
+          demo::read_file(frame(folder, "late", 1, ".exr")));
 }
 
 TEST_CASE("lightmesh-render film --on gpu: Ctrl-C keeps whole frames, and the same command goes on") {

@@ -29,9 +29,13 @@ FilmMaker::FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& o
                      const VisibilityOptions& visibility, std::unique_ptr<GpuFrames> gpu)
     : ranks_(ranks), algorithm_(std::move(algorithm)), options_(options), film_(std::move(film)),
       visibility_(visibility),
-      // Built at 0 s, so that the tree is one and the same wherever a film begins.
+      // Trees are built at 0 s, so that they are the same wherever a film begins: what several surfaces let
+      // through is rounded in the order in which a ray finds them.
       embree_(film_.scene(), film_.moving().objects ? EmbreeScene::For::films : EmbreeScene::For::stills),
-      gpu_(std::move(gpu)) {}
+      gpu_(std::move(gpu)) {
+    if (gpu_)
+        gpu_->follow(embree_, {});
+}
 
 FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
     const Stopwatch stopwatch;

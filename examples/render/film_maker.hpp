@@ -20,7 +20,8 @@ namespace demo {
 /// Renders frames of a film one after another, alone or together with other ranks, and keeps count.
 class FilmMaker {
 public:
-    /// `gpu`: what renders, of the same algorithm and options; null: the CPU.
+    /// `gpu`: what renders, of the same algorithm and options, which has no scene yet; null: the CPU. Throws
+    /// what `GpuFrames::follow` throws.
     FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& options, Film film,
               const VisibilityOptions& visibility, std::unique_ptr<GpuFrames> gpu = nullptr);
 
