@@ -448,6 +448,10 @@ TEST_CASE("gpu mesh: an upload that follows changes answers as a fresh one, and 
     mesh.set_light(3, lightmesh::PointLight{.position = {1.0f, 0.5f, 0.25f}, .range = 3.0f});
     check();
     check_filled();
+    // Lights that stay in their order must be kept by whole groups, too.
+    mesh.scene_changed(lightmesh::Bounds{glm::vec3(0.25f), glm::vec3(1.25f)});
+    check();
+    check_filled();
     mesh.scene_changed(lightmesh::Bounds{glm::vec3(-1.0f), glm::vec3(1.0f)});
     mesh.remove_light(5);
     check();

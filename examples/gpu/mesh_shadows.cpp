@@ -71,9 +71,9 @@ void MeshShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     if (!change.changes_shadows())
         return;
     follow_scene(parts_->mesh, shapes_of_lights(scene.scene()), change);
-    // Snapshots have the lights in the order of a new mesh.
-    if (!change.lights.empty())
-        parts_->mesh.compact();
+    // Snapshots have the lights in the order of a new mesh, and know them by whole groups: where the mesh
+    // knew more, it would find nothing to fill for a point that lacks something in a shader.
+    parts_->mesh.compact();
     parts_->uploaded.update(parts_->mesh.snapshot());
 }
 
