@@ -504,6 +504,19 @@ TEST_CASE("gpu frame: of a film's scene only what has moved is written") {
               anew.bindings()[i].buffer.read_all<std::uint32_t>());
 }
 
+TEST_CASE("gpu frame: normals that turn where no corner moves are written") {
+    const demo::ComputeDevice device;
+    demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    demo::GpuScene copy(device, embree);
+    REQUIRE(!scene.normals.empty());
+    scene.normals.back() = -scene.normals.back();
+    copy.update(embree, {});
+    const demo::GpuScene anew(device, embree);
+    CHECK(copy.bindings()[4].buffer.read_all<std::uint32_t>() ==
+          anew.bindings()[4].buffer.read_all<std::uint32_t>());
+}
+
 TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh and a cache") {
     test::WatchedDevice watched;
     const demo::Scene scene = demo::make_spheres();

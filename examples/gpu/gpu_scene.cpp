@@ -151,10 +151,11 @@ std::size_t GpuScene::update(const EmbreeScene& scene, const SceneChange& change
         fit(copy.bvh, scene.scene());
         written += write(nodes, 0, bytes_in(before.nodes), bytes_in(copy.bvh.nodes));
         written += write(triangles, 0, bytes_in(before.triangles), bytes_in(copy.bvh.triangles));
-        std::vector<float> moved = vertices_of(scene.scene());
-        written += write(vertices, 0, bytes_in(copy.words.vertices), bytes_in(moved));
-        copy.words.vertices = std::move(moved);
     }
+    // Normals may turn where no corner moves.
+    std::vector<float> moved = vertices_of(scene.scene());
+    written += write(vertices, 0, bytes_in(copy.words.vertices), bytes_in(moved));
+    copy.words.vertices = std::move(moved);
     const FrameWords frame = frame_of(scene, copy.words, copy.visibility, copy.options);
     bindings_[frame_place].buffer.write(0, std::as_bytes(std::span(&frame, 1)));
     return written + sizeof frame;
