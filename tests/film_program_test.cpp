@@ -242,6 +242,46 @@ TEST_CASE(
           demo::read_file(frame(folder, "late", 1, ".exr")));
 }
 
+TEST_CASE("lightmesh-render film --on gpu: things move among many lights of small ranges, by a light mesh") {
+    const TemporaryFolder folder;
+    test::GltfFile file;
+    file.add("SCALAR", {0, 1});
+    file.add("VEC3", {-2, -2, 0, 1.5f, 0.3f, 0});
+    const std::string standing = R"(,{"mesh":0,"scale":[1.2,1.2,1.2],"rotation":[0.70710678,0,0,0.70710678])";
+    std::string nodes = R"({"mesh":0,"translation":[-4,-4,0],"scale":[12,12,12]},
+        {"camera":0,"translation":[0,0,7]})" +
+                        standing + "}";  // this one moves
+    for (const char* place : {"[1,0,0]", "[-1,1.5,0]", "[2,-2,0]"})
+        nodes += standing + R"(,"translation":)" + place + "}";
+    for (int light = 0; light < 16; ++light)
+        nodes += R"(,{"extensions":{"KHR_lights_punctual":{"light":0}},"translation":[)" +
+                 std::to_string(1.5 * (light % 4) - 2.25) + "," + std::to_string(1.5 * (light / 4) - 2.25) +
+                 ",0.9]}";
+    std::string children = "1";
+    for (int node = 2; node <= 22; ++node)
+        children += "," + std::to_string(node);
+    const std::string scene =
+        file.write(folder, R"("cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],
+                "extensionsUsed":["KHR_lights_punctual"],"extensions":{"KHR_lights_punctual":{"lights":
+                [{"type":"point","intensity":30,"range":1.7}]}},"materials":[{"doubleSided":true}],
+                "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+                "animations":[{"samplers":[{"input":1,"output":2}],
+                "channels":[{"sampler":0,"target":{"path":"translation","node":3}}]}],
+                "nodes":[{"children":[)" +
+                               children + "]}," + nodes + "]")
+            .string();
+    const std::string command = scene + " --on gpu -a linked --radius 0.8 --fps 2 --width 32 --height 24"
+                                        " --samples 1 --format exr -o ";
+    const Finished all = film(folder, command + (folder / "all").string() + " --frames 3");
+    REQUIRE_MESSAGE(all.status == 0, all.errors);
+    const Finished late = film(folder, command + (folder / "late").string() + " --from 1 --frames 1");
+    REQUIRE_MESSAGE(late.status == 0, late.errors);
+    CHECK(demo::read_file(frame(folder, "all", 3, ".exr")) ==
+          demo::read_file(frame(folder, "late", 1, ".exr")));
+    CHECK(demo::read_file(frame(folder, "all", 2, ".exr")) !=
+          demo::read_file(frame(folder, "late", 1, ".exr")));
+}
+
 TEST_CASE("lightmesh-render film --on gpu: Ctrl-C keeps whole frames, and the same command goes on") {
     const TemporaryFolder folder;
     const std::string out = (folder / "film").string();
