@@ -60,8 +60,9 @@ public:
     /// Whether records themselves look half a step to all sides: those of steps g, g / 2 and g / 4. A level
     /// more would find nothing that these miss.
     bool has_shaft_rows(int level) const {
-        return level >= base_level && level < base_level + 3 && has_shaft_rows_;
+        return level >= base_level && level <= finest_shaft_level && has_shaft_rows_;
     }
+    static constexpr int finest_shaft_level = base_level + 2;
     /// World units.
     double step(int level) const { return step_[static_cast<std::size_t>(level)]; }
     /// World units.

@@ -477,47 +477,62 @@ private:
     }
 
     /// Sixteen places around a record, where its surface goes on. One of the middle ones is the record
-    /// itself: all others may lie beyond walls.
+    /// itself: all others may lie beyond walls. Of the finest level of shaft rows, which has most records,
+    /// there are eight, in turn, and from each two rays: to find a place takes rays, too.
     void look_around_record(const Column& column, RowLook& look) const {
-        constexpr std::size_t own_place = 5;
+        constexpr std::size_t own_part = 5;
         const RecordKey& key = column.key;
         const Facing facing = key.facing();
-        const double step = look.origin.step;
+        const auto step = static_cast<float>(look.origin.step);
         const float fall = column.record->fall;
-        look.around = RowLook::Around::first;
+        const bool has_half = key.level() == Lattice::finest_shaft_level;
         std::array<glm::vec3, RowLook::most_places> starts;
         std::array<Segment, 2 * RowLook::most_places> segments;
         std::array<std::uint8_t, 2 * RowLook::most_places> hit{};
-        for (std::size_t i = 0; i < starts.size(); ++i) {
-            const glm::dvec2 aside = middle_of_part(i, 4, step);
-            starts[i] = lattice_.position(key.index(), key.level());
-            starts[i][facing.u()] += static_cast<float>(aside.x);
-            starts[i][facing.v()] += static_cast<float>(aside.y);
-            starts[i][facing.axis] += slope_rise(column.normal, facing, aside.x, aside.y, step);
-            const auto ways = segments_around_landing(starts[i], facing, fall, static_cast<float>(step));
-            segments[2 * i] = ways[0];
-            segments[2 * i + 1] = ways[1];
+        std::size_t count = 0;
+        std::size_t own_place = 0;
+        for (std::size_t part = 0; part < RowLook::most_places; ++part) {
+            if (has_half && part % 2 != part / 4 % 2)
+                continue;
+            if (part == own_part)
+                own_place = count;
+            const glm::dvec2 aside = middle_of_part(part, 4, look.origin.step);
+            glm::vec3& start = starts[count];
+            start = lattice_.position(key.index(), key.level());
+            start[facing.u()] += static_cast<float>(aside.x);
+            start[facing.v()] += static_cast<float>(aside.y);
+            start[facing.axis] += slope_rise(column.normal, facing, aside.x, aside.y, look.origin.step);
+            const auto around = segments_around_landing(start, facing, fall, step);
+            segments[2 * count] = around[0];
+            segments[2 * count + 1] = around[1];
+            ++count;
         }
-        const bool has_room = fall > slack_of(static_cast<float>(step));
+        const bool has_room = fall > slack_of(step);
         if (has_room) {
-            trace(tracer_, std::span<const Segment>(segments), std::span<std::uint8_t>(hit));
-            drop_rays_.fetch_add(segments.size(), std::memory_order_relaxed);
+            trace(tracer_, std::span<const Segment>(segments).first(2 * count),
+                  std::span<std::uint8_t>(hit).first(2 * count));
+            drop_rays_.fetch_add(2 * count, std::memory_order_relaxed);
         }
-        for (std::size_t i = 0; i < starts.size(); ++i) {
+        look.around = RowLook::Around::first;
+        const auto add_place = [&](std::size_t i, const RowOrigin& place) {
+            look.add_place(i, place);
+            if (has_half)
+                look.add_place(i + count, place);
+        };
+        for (std::size_t i = 0; i < count; ++i) {
             if (i == own_place) {
-                look.add_place(i, look.origin);
+                add_place(i, look.origin);
                 continue;
             }
             const bool goes_on = has_room && hit[2 * i] == 0 && hit[2 * i + 1] != 0;
-            const auto landing =
-                goes_on ? std::optional<Landing>({fall - slack_of(static_cast<float>(step)), column.normal})
-                        : land(starts[i], facing, key.level(), 4.0f);
+            const auto landing = goes_on ? std::optional<Landing>({fall - slack_of(step), column.normal})
+                                         : land(starts[i], facing, key.level(), 4.0f);
             if (!landing)
                 continue;
             const glm::vec3 position = starts[i] - landing->fall * facing.up();
             // Another surface, of which the record says nothing.
-            if (fit_of(position, landing->normal, column.position, column.normal, step) != 0)
-                look.add_place(i, origin_at(look, position, landing->normal));
+            if (fit_of(position, landing->normal, column.position, column.normal, look.origin.step) != 0)
+                add_place(i, origin_at(look, position, landing->normal));
         }
     }
 
