@@ -68,6 +68,8 @@ struct RowLook {
     RayPlan plan{};      ///< for rays from there
     static constexpr std::size_t most_places = 16;
     std::size_t place_count = 0;
+    std::size_t rays_of_place = 1;
+    std::size_t parts_apart = most_places;         ///< of a lamp, between two rays of a place
     std::array<RowOrigin, most_places> places{};   ///< where there is a surface
     std::array<std::uint8_t, most_places> part{};  ///< of a lamp, for each of them
 
@@ -148,8 +150,6 @@ private:
     /// Of a ray, beside its light's number.
     static constexpr std::uint8_t rim_flag = 128;
 
-    /// Of rays around a record: as many have to agree.
-    static constexpr std::uint16_t enough = 8;
     /// How far what these say may be from what the record itself says by as many: one ray of sixteen.
     static constexpr int most_apart = 16;
 
@@ -161,7 +161,7 @@ private:
         until_ = look_.plan.first;
     }
 
-    /// One ray to its own part of a light from each place that the light does not lie below.
+    /// The rays of each place that a light does not lie below, to parts of it that are the place's own.
     template <class Add>
     void list_rays_around(std::size_t l, Add&& add) const {
         const Lamp& lamp = lamp_of(l);
@@ -170,7 +170,12 @@ private:
             if (lamp.is_below(origin.position, origin.unit_normal))
                 continue;
             const Lamp::View view = view_of(lamp, origin);
-            add(static_cast<std::uint8_t>(l), lamp.is_point() ? view.middle_ray() : view.ray(look_.part[i]));
+            if (lamp.is_point()) {
+                add(static_cast<std::uint8_t>(l), view.middle_ray());
+                continue;
+            }
+            for (std::size_t k = 0; k < look_.rays_of_place; ++k)
+                add(static_cast<std::uint8_t>(l), view.ray(look_.part[i] + k * look_.parts_apart));
         }
     }
     /// After those: what a probe says, or what is left for rays from the record itself.
@@ -183,7 +188,7 @@ private:
             if (look_.around == RowLook::Around::only) {
                 if (sees_both || sums_[l] == 0)
                     values[l] = sees_both ? probe_sees_both : probe_knows_nothing;
-            } else if (sees_both || sums_[l] < enough || (open_[l] != 0 && is_below_origin(l))) {
+            } else if (sees_both || sums_[l] < enough(l) || (open_[l] != 0 && is_below_origin(l))) {
                 unsettled_ |= light;
                 doubted_ |= sees_both ? light : 0;
                 sums_[l] = open_[l] = 0;
@@ -195,6 +200,11 @@ private:
     }
 
     const Lamp& lamp_of(std::size_t l) const { return lamps_->lamp(tile_ * lamps_per_tile + l); }
+
+    /// Rays of half of all places, which must agree to settle a light.
+    std::size_t enough(std::size_t l) const {
+        return look_.parts_apart * (lamp_of(l).is_point() ? 1 : look_.rays_of_place) / 2;
+    }
 
     /// Whether the record sees nothing of a light, whatever places on a slope around it see.
     bool is_below_origin(std::size_t l) const {

@@ -514,14 +514,13 @@ private:
             drop_rays_.fetch_add(2 * count, std::memory_order_relaxed);
         }
         look.around = RowLook::Around::first;
-        const auto add_place = [&](std::size_t i, const RowOrigin& place) {
-            look.add_place(i, place);
-            if (has_half)
-                look.add_place(i + count, place);
-        };
+        // A quarter of the rays that a lamp may take, but 16 at least.
+        look.rays_of_place =
+            (std::max)(static_cast<std::size_t>(settings_.lamp_rays) / 4, RowLook::most_places) / count;
+        look.parts_apart = count;
         for (std::size_t i = 0; i < count; ++i) {
             if (i == own_place) {
-                add_place(i, look.origin);
+                look.add_place(i, look.origin);
                 continue;
             }
             const bool goes_on = has_room && hit[2 * i] == 0 && hit[2 * i + 1] != 0;
@@ -532,7 +531,7 @@ private:
             const glm::vec3 position = starts[i] - landing->fall * facing.up();
             // Another surface, of which the record says nothing.
             if (fit_of(position, landing->normal, column.position, column.normal, look.origin.step) != 0)
-                add_place(i, origin_at(look, position, landing->normal));
+                look.add_place(i, origin_at(look, position, landing->normal));
         }
     }
 
