@@ -45,6 +45,20 @@ void check_refused(const std::string& arguments, const std::string& part, int li
     CHECK(folder.file_count() == 2);  // what was printed
 }
 
+/// The last frame of a film with so many is the one of a film that begins there at 1 s, and the one before it
+/// is not. `command`: ends with -o, of EXR frames.
+void check_last_frame(const TemporaryFolder& folder, const std::string& command, int frames) {
+    const Finished all =
+        film(folder, command + (folder / "all").string() + " --frames " + std::to_string(frames));
+    REQUIRE_MESSAGE(all.status == 0, all.errors);
+    const Finished late = film(folder, command + (folder / "late").string() + " --from 1 --frames 1");
+    REQUIRE_MESSAGE(late.status == 0, late.errors);
+    CHECK(demo::read_file(frame(folder, "all", frames, ".exr")) ==
+          demo::read_file(frame(folder, "late", 1, ".exr")));
+    CHECK(demo::read_file(frame(folder, "all", frames - 1, ".exr")) !=
+          demo::read_file(frame(folder, "late", 1, ".exr")));
+}
+
 }  // namespace
 
 TEST_CASE("lightmesh-render film: frames are the same by any number of threads, and from anywhere") {
@@ -232,14 +246,7 @@ TEST_CASE(
             .string();
     const std::string command =
         scene + " --on gpu -a whitted --fps 1 --width 48 --height 36 --samples 1 --format exr -o ";
-    const Finished all = film(folder, command + (folder / "all").string() + " --frames 2");
-    REQUIRE_MESSAGE(all.status == 0, all.errors);
-    const Finished late = film(folder, command + (folder / "late").string() + " --from 1 --frames 1");
-    REQUIRE_MESSAGE(late.status == 0, late.errors);
-    CHECK(demo::read_file(frame(folder, "all", 2, ".exr")) ==
-          demo::read_file(frame(folder, "late", 1, ".exr")));
-    CHECK(demo::read_file(frame(folder, "all", 1, ".exr")) !=
-          demo::read_file(frame(folder, "late", 1, ".exr")));
+    check_last_frame(folder, command, 2);
 }
 
 TEST_CASE("lightmesh-render film --on gpu: things move among many lights of small ranges, by a light mesh") {
@@ -272,14 +279,7 @@ TEST_CASE("lightmesh-render film --on gpu: things move among many lights of smal
             .string();
     const std::string command = scene + " --on gpu -a linked --radius 0.8 --fps 2 --width 32 --height 24"
                                         " --samples 1 --format exr -o ";
-    const Finished all = film(folder, command + (folder / "all").string() + " --frames 3");
-    REQUIRE_MESSAGE(all.status == 0, all.errors);
-    const Finished late = film(folder, command + (folder / "late").string() + " --from 1 --frames 1");
-    REQUIRE_MESSAGE(late.status == 0, late.errors);
-    CHECK(demo::read_file(frame(folder, "all", 3, ".exr")) ==
-          demo::read_file(frame(folder, "late", 1, ".exr")));
-    CHECK(demo::read_file(frame(folder, "all", 2, ".exr")) !=
-          demo::read_file(frame(folder, "late", 1, ".exr")));
+    check_last_frame(folder, command, 3);
 }
 
 TEST_CASE("lightmesh-render film --on gpu: Ctrl-C keeps whole frames, and the same command goes on") {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "followed_upload.hpp"
 #include "gpu/cache_queries.hpp"
 #include "gpu/compute.hpp"
 #include "hit_tracer.hpp"
@@ -397,45 +398,6 @@ TEST_CASE("shaders answer at all points of small pictures, with shaft rows and w
     CHECK(gpu.messages.empty());
 }
 
-namespace {
-
-/// What a host that follows the ranges has in its buffers.
-struct Host {
-    explicit Host(const lightmesh::CacheUpload& upload) {
-        for (const lightmesh::UploadBuffer& buffer : upload.buffers())
-            buffers.emplace_back(buffer.bytes.begin(), buffer.bytes.end());
-    }
-
-    /// Returns how many bytes were written.
-    std::size_t write(const lightmesh::CacheUpload& upload,
-                      const std::vector<lightmesh::UploadRange>& ranges) {
-        std::size_t written = 0;
-        for (const lightmesh::UploadRange& range : ranges) {
-            buffers[range.binding].resize(upload.buffers()[range.binding].bytes.size());
-            REQUIRE(range.offset + range.bytes.size() <= buffers[range.binding].size());
-            std::ranges::copy(range.bytes,
-                              buffers[range.binding].begin() + static_cast<std::ptrdiff_t>(range.offset));
-            written += range.bytes.size();
-        }
-        return written;
-    }
-    bool equals(const lightmesh::CacheUpload& upload) const {
-        return std::ranges::all_of(upload.buffers(), [this](const lightmesh::UploadBuffer& buffer) {
-            return std::ranges::equal(buffers[buffer.binding], buffer.bytes);
-        });
-    }
-    std::size_t size() const {
-        std::size_t sum = 0;
-        for (const auto& buffer : buffers)
-            sum += buffer.size();
-        return sum;
-    }
-
-    std::vector<std::vector<std::byte>> buffers;
-};
-
-}  // namespace
-
 TEST_CASE("an upload that follows fills and updates of a cache answers as a whole one, and writes little") {
     Gpu& gpu = the_gpu();
     World world(17, glm::vec3(0.0f));
@@ -448,7 +410,7 @@ TEST_CASE("an upload that follows fills and updates of a cache answers as a whol
     cache.fill(some.first(100));
     const std::vector<std::byte> first_bytes = cache.snapshot();
     lightmesh::CacheUpload upload{lightmesh::SnapshotView(first_bytes)};
-    Host host(upload);
+    test::FollowedUpload host(upload);
     demo::CacheQueries followed(gpu.device);
     followed.upload(first_bytes);
     const auto check = [&] {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "followed_upload.hpp"
 #include "gpu/mesh_queries.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
@@ -374,34 +375,6 @@ TEST_CASE("gpu mesh: points that are nowhere are missing, not dark") {
     CHECK(answer.requests.empty());
 }
 
-namespace {
-
-/// What a host that follows the ranges has in its buffers.
-struct Shadow {
-    std::vector<std::vector<std::byte>> buffers{lightmesh::MeshUpload::buffer_count};
-
-    /// Returns how many bytes were written.
-    std::size_t write(const lightmesh::MeshUpload& upload,
-                      const std::vector<lightmesh::UploadRange>& ranges) {
-        std::size_t written = 0;
-        for (const lightmesh::UploadRange& range : ranges) {
-            buffers[range.binding].resize(upload.buffers()[range.binding].bytes.size());
-            REQUIRE(range.offset + range.bytes.size() <= buffers[range.binding].size());
-            std::ranges::copy(range.bytes,
-                              buffers[range.binding].begin() + static_cast<std::ptrdiff_t>(range.offset));
-            written += range.bytes.size();
-        }
-        return written;
-    }
-    bool equals(const lightmesh::MeshUpload& upload) const {
-        return std::ranges::all_of(upload.buffers(), [this](const lightmesh::UploadBuffer& buffer) {
-            return std::ranges::equal(buffers[buffer.binding], buffer.bytes);
-        });
-    }
-};
-
-}  // namespace
-
 TEST_CASE("gpu mesh: an upload that follows changes answers as a fresh one, and writes little") {
     World world(70, 120, 0.8f, 3.0f, ShortTest::linked);
     world.add_footprints();
@@ -410,23 +383,19 @@ TEST_CASE("gpu mesh: an upload that follows changes answers as a fresh one, and 
     mesh.fill(few);
     const std::vector<std::byte> first_bytes = mesh.snapshot();
     lightmesh::MeshUpload upload{SnapshotView(first_bytes)};
-    Shadow shadow;
-    for (const lightmesh::UploadBuffer& buffer : upload.buffers())
-        shadow.buffers[buffer.binding].assign(buffer.bytes.begin(), buffer.bytes.end());
+    test::FollowedUpload host(upload);
     // Enough rays where a point has no neighbours, with all lights and on two levels.
     constexpr std::uint32_t rays_per_point = 400;
     demo::MeshQueries followed(watched().device, 1024, rays_per_point);
     followed.upload(mesh.snapshot());
-    std::size_t all_bytes = 0;
-    for (const auto& buffer : shadow.buffers)
-        all_bytes += buffer.size();
+    const std::size_t all_bytes = host.size();
 
     demo::MeshQueries fresh(watched().device, 1024, rays_per_point);
     const std::vector<std::byte> another_grid = World(3, 0, 0.7f, 3.0f, ShortTest::none).mesh().snapshot();
     const auto check = [&] {
         const std::vector<std::byte> bytes = mesh.snapshot();
-        const std::size_t written = shadow.write(upload, upload.update(SnapshotView(bytes)));
-        CHECK(shadow.equals(upload));
+        const std::size_t written = host.write(upload, upload.update(SnapshotView(bytes)));
+        CHECK(host.equals(upload));
         followed.upload(bytes);
         // A mesh on another grid in between: then the upload begins anew.
         fresh.upload(another_grid);
