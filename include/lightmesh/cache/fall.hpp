@@ -70,7 +70,7 @@ std::optional<SolidExit> find_exit(const Tracer& tracer, const glm::vec3& start,
 }
 
 /// How far a surface known nearby may lie above or below where it goes on, world units.
-inline float slack_of(float step) {
+inline float landing_slack(float step) {
     return 0.004f * step;
 }
 
@@ -78,8 +78,8 @@ inline float slack_of(float step) {
 /// one must be open, the second one blocked.
 inline std::array<Segment, 2> segments_around_landing(const glm::vec3& start, const Facing& facing,
                                                       float fall, float step) {
-    return {Segment{start, start - (fall - slack_of(step)) * facing.up()},
-            Segment{start, start - (fall + slack_of(step)) * facing.up()}};
+    return {Segment{start, start - (fall - landing_slack(step)) * facing.up()},
+            Segment{start, start - (fall + landing_slack(step)) * facing.up()}};
 }
 
 /// The first surface below a point, within `length`.

@@ -150,7 +150,7 @@ private:
     /// Of a ray, beside its light's number.
     static constexpr std::uint8_t rim_flag = 128;
 
-    /// How far what these say may be from what the record itself says by as many: one ray of sixteen.
+    /// How far what rays around a record say may be from what the record itself says: one ray of sixteen.
     static constexpr int most_apart = 16;
 
     using Counts = std::array<std::uint16_t, lamps_per_tile>;

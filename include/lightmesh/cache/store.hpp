@@ -485,6 +485,7 @@ private:
         const Facing facing = key.facing();
         const auto step = static_cast<float>(look.origin.step);
         const float fall = column.record->fall;
+        const float slack = landing_slack(step);
         const bool has_half = key.level() == Lattice::finest_shaft_level;
         std::array<glm::vec3, RowLook::most_places> starts;
         std::array<Segment, 2 * RowLook::most_places> segments;
@@ -507,7 +508,7 @@ private:
             segments[2 * count + 1] = around[1];
             ++count;
         }
-        const bool has_room = fall > slack_of(step);
+        const bool has_room = fall > slack;
         if (has_room) {
             trace(tracer_, std::span<const Segment>(segments).first(2 * count),
                   std::span<std::uint8_t>(hit).first(2 * count));
@@ -524,7 +525,7 @@ private:
                 continue;
             }
             const bool goes_on = has_room && hit[2 * i] == 0 && hit[2 * i + 1] != 0;
-            const auto landing = goes_on ? std::optional<Landing>({fall - slack_of(step), column.normal})
+            const auto landing = goes_on ? std::optional<Landing>({fall - slack, column.normal})
                                          : land(starts[i], facing, key.level(), 4.0f);
             if (!landing)
                 continue;
