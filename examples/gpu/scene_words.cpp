@@ -152,6 +152,9 @@ void add_curve(std::vector<glm::uvec4>& table) {
 
 std::vector<float> vertices_of(const Scene& scene) {
     std::vector<float> words;
+    SceneWords layout;
+    place_attributes(layout, scene);
+    words.reserve(layout.words_of_vertex * scene.positions.size());
     for (std::size_t i = 0; i < scene.positions.size(); ++i) {
         add(words, &scene.positions[i].x, 3);
         if (!scene.normals.empty())

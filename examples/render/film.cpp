@@ -16,6 +16,7 @@
 #include "render/share_out.hpp"
 #include "render/stopwatch.hpp"
 #include "render/terminal.hpp"
+#include "render/text_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -65,13 +66,7 @@ struct Output {
     std::filesystem::path movie;  ///< empty: frames only
 };
 
-std::string exactly(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
-}
-
-std::string exactly(const glm::vec3& v) {
+std::string coordinates(const glm::vec3& v) {
     const auto text = [](float value) {
         return exactly(static_cast<double>(value));
     };
@@ -153,10 +148,10 @@ FilmTraits traits_of(const FilmOptions& options, const VisibilityOptions& visibi
             {"format", options.format},
             {"tone", render.tone == Tone::filmic ? "filmic" : "linear"},
             {"exposure", number_of(scene.exposure)},
-            {"ambient", exactly(scene.ambient)},
-            {"eye at 0 s", exactly(scene.camera.eye)},
-            {"target at 0 s", exactly(scene.camera.target)},
-            {"up at 0 s", exactly(scene.camera.up)},
+            {"ambient", coordinates(scene.ambient)},
+            {"eye at 0 s", coordinates(scene.camera.eye)},
+            {"target at 0 s", coordinates(scene.camera.target)},
+            {"up at 0 s", coordinates(scene.camera.up)},
             {"angle of view", number_of(scene.camera.vertical_field_of_view)},
             {"radius", number_of(visibility.settings.radius)},
             {"quality", number_of(visibility.settings.quality)},

@@ -2,13 +2,13 @@
 #include "render/movie.hpp"
 
 #include "image/part_file.hpp"
+#include "render/text_table.hpp"
 
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <sstream>
 #include <stdexcept>
@@ -39,12 +39,6 @@ int run_program(std::vector<std::string> words) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-std::string rate_text(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
-}
-
 }  // namespace
 
 void require_ffmpeg() {
@@ -61,7 +55,7 @@ void write_movie(const std::string& pattern, int frames, double frames_per_secon
                  const std::filesystem::path& file) {
     PartFile part(file);
     const int status = run_program(
-        {program, "-nostdin", "-loglevel", "error", "-y", "-framerate", rate_text(frames_per_second),
+        {program, "-nostdin", "-loglevel", "error", "-y", "-framerate", exactly(frames_per_second),
          "-start_number", "1", "-i", pattern, "-frames:v", std::to_string(frames),
          // H.264 of this pixel format, which all players know, has even sides only.
          "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p", "-f",

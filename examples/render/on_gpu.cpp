@@ -76,14 +76,7 @@ GpuFrames::Frame GpuFrames::render(RenderStatistics& statistics, const Progress&
 }
 
 std::uint64_t GpuFrames::kept_rays() const {
-    std::uint64_t rays = 0;
-    if (!parts_->renderer)
-        return rays;
-    if (const auto mesh = parts_->renderer->mesh())
-        rays += mesh->long_rays + mesh->link_rays + mesh->listed_rays;
-    if (const auto cache = parts_->renderer->cache())
-        rays += cache->lamp_rays + cache->drop_rays + cache->link_rays + cache->listed_rays;
-    return rays;
+    return parts_->renderer ? demo::kept_rays(*parts_->renderer) : 0;
 }
 
 double GpuFrames::seconds_device() const {

@@ -55,6 +55,12 @@ std::string fixed(double number, int digits) {
     return text;
 }
 
+std::string exactly(double number) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.9g", number);
+    return text;
+}
+
 std::string bytes_text(std::size_t bytes) {
     return fixed(static_cast<double>(bytes) / 1e6, 1) + " MB";
 }

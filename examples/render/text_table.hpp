@@ -24,6 +24,8 @@ private:
 std::string grouped(unsigned long long number);
 /// With so many digits behind the point.
 std::string fixed(double number, int digits);
+/// With as many digits as tell floats apart.
+std::string exactly(double number);
 /// "1.5 MB"
 std::string bytes_text(std::size_t bytes);
 

@@ -92,15 +92,6 @@ std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene,
     return shapes;
 }
 
-std::uint64_t kept_rays(const Visibility& visibility) {
-    std::uint64_t rays = 0;
-    if (const auto mesh = visibility.mesh())
-        rays += mesh->long_rays + mesh->link_rays;
-    if (const auto cache = visibility.cache())
-        rays += cache->lamp_rays + cache->drop_rays + cache->link_rays;
-    return rays;
-}
-
 const std::vector<Algorithm>& algorithms() {
     static const std::vector<Algorithm> all = [] {
         std::vector<Algorithm> list;

@@ -114,8 +114,17 @@ inline lightmesh::CacheSettings cache_settings_of(const VisibilityOptions& optio
     return settings;
 }
 
-/// Rays that were traced for what a mesh or a cache keeps, so far; 0 where there is none.
-std::uint64_t kept_rays(const Visibility& visibility);
+/// Rays that were traced for what a mesh or a cache keeps, so far; 0 where there is none. `Shadows`: a
+/// `Visibility`, or what else has statistics of both.
+template <class Shadows>
+std::uint64_t kept_rays(const Shadows& shadows) {
+    std::uint64_t rays = 0;
+    if (const auto mesh = shadows.mesh())
+        rays += mesh->long_rays + mesh->link_rays + mesh->listed_rays;
+    if (const auto cache = shadows.cache())
+        rays += cache->lamp_rays + cache->drop_rays + cache->link_rays + cache->listed_rays;
+    return rays;
+}
 
 /// A way to find visibility, by the name that the command line knows it by.
 struct Algorithm {
