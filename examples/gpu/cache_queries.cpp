@@ -33,10 +33,10 @@ CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> 
                        .rays_per_point = rays_per_point_};
     query.bindings.push_back({0, lightmesh::CacheUpload::requests_binding, query.requests});
     Answer answer;
-    const auto take_requests = [&](std::size_t first, std::span<const std::byte> bytes) {
+    const auto take_requests = [&](std::span<const std::uint32_t> which, std::span<const std::byte> bytes) {
         answer.asked += lightmesh::CacheUpload::request_count(bytes);
         for (lightmesh::CacheRequest request : lightmesh::CacheUpload::requests(bytes)) {
-            request.id += static_cast<std::uint32_t>(first);
+            request.id = which[request.id];
             answer.requests.push_back(request);
         }
     };

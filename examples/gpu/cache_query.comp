@@ -20,15 +20,16 @@ void main() {
         uint size = lightmesh_cache_tile_size(t);
         for (uint l = 0u; l < size; ++l) {
             float share = lightmesh_cache_is_known(tile, l) ? lightmesh_cache_share(tile, l) : uintBitsToFloat(0x7fc00000u);
-            if (sums_only == 0u)
+            if (kind != kind_sums)
                 values[i * lightmesh_cache_light_count() + 64u * t + l] = share;
             else
                 sum += share;
         }
     }
-    if (sums_only != 0u)
+    if (kind == kind_sums)
         values[i] = sum;
-    awaiting[i] = awaits_rays ? 1u : 0u;
+    else
+        awaiting[i] = awaits_rays ? 1u : 0u;
     if (at.lacks != 0u)
         lightmesh_cache_request(at, i);
 }

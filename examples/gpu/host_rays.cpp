@@ -5,7 +5,10 @@
 #include <glm/vec4.hpp>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 namespace demo {
 
@@ -25,120 +28,176 @@ struct Ray {
 struct Work {
     std::uint32_t point_count;
     std::uint32_t rays_per_point;
-    std::uint32_t only_awaiting;
-    std::uint32_t sums_only;
+    std::uint32_t kind;
 };
+enum class Kind : std::uint32_t { all, awaiting, settled, sums };
 constexpr std::uint32_t ray_is_open = 1;
 constexpr std::uint32_t ray_is_blocked = 2;
 constexpr std::uint32_t ray_is_asked = 3;
 
-std::vector<Point> points_of(std::span<const lightmesh::SurfacePoint> points) {
-    std::vector<Point> all;
-    all.reserve(points.size());
-    for (const lightmesh::SurfacePoint& point : points)
-        all.push_back({glm::vec4(point.position, point.footprint), glm::vec4(point.normal, 0.0f),
-                       glm::vec4(point.shading_normal, 0.0f)});
-    return all;
+/// Room for rays that is enough for most points.
+constexpr std::uint32_t few_rays = 4;
+/// Workgroups of 64 points of a dispatch.
+constexpr std::size_t most_points = std::size_t{65535} * 64;
+
+std::uint32_t answer_words(std::uint32_t rays_per_point) {
+    return (rays_per_point + 31) / 32;
+}
+
+Point point_of(const lightmesh::SurfacePoint& point) {
+    return {glm::vec4(point.position, point.footprint), glm::vec4(point.normal, 0.0f),
+            glm::vec4(point.shading_normal, 0.0f)};
+}
+
+template <class T>
+std::span<const std::byte> bytes_of(const std::vector<T>& values) {
+    return std::as_bytes(std::span(values));
 }
 
 /// Points that are asked at once.
-struct Batch {
-    Batch(const ComputeDevice& on, const HostRayQuery& query, std::span<const lightmesh::SurfacePoint> some)
-        : device(on), work{static_cast<std::uint32_t>(some.size()), query.rays_per_point, 0, 0},
-          points(on, std::as_bytes(std::span<const Point>(points_of(some)))),
-          values(on, some.size() * (std::max)(query.light_count, std::size_t{1}) * sizeof(float)),
-          rays(on, some.size() * query.rays_per_point * sizeof(Ray)),
-          awaiting(on, some.size() * sizeof(std::uint32_t)), kernel(bound(query)) {}
+class Batch {
+public:
+    /// `values`: of each point. `answers`: of points of which sums are asked, else nothing.
+    Batch(const ComputeDevice& on, const HostRayQuery& query, std::uint32_t rays_per_point,
+          const std::vector<Point>& some, std::size_t values_each, const std::vector<std::uint32_t>& answers)
+        : device_(on), point_count_(static_cast<std::uint32_t>(some.size())), rays_per_point_(rays_per_point),
+          points_(on, bytes_of(some)), values_(on, some.size() * values_each * sizeof(float)),
+          rays_(on, answers.empty() ? some.size() * rays_per_point * sizeof(Ray) : 0),
+          awaiting_(on, some.size() * sizeof(std::uint32_t)), answers_(on, bytes_of(answers)),
+          kernel_(bound(query)) {}
 
+    double run(Kind kind) const {
+        const Work work{point_count_, rays_per_point_, static_cast<std::uint32_t>(kind)};
+        return device_.run([&](const ComputeCommands& commands) {
+            commands.dispatch(kernel_, (point_count_ + 63) / 64, 1, 1, std::as_bytes(std::span(&work, 1)));
+        });
+    }
+
+    /// Asks until all rays are known for which there is room. Returns how many were traced.
+    std::size_t settle(const TraceSegments& trace) {
+        std::size_t traced = 0;
+        for (Kind kind = Kind::all;; kind = Kind::awaiting) {
+            run(kind);
+            known_ = rays_.read_all<Ray>();
+            std::vector<lightmesh::Segment> segments;
+            std::vector<std::size_t> which;
+            for (std::size_t i = 0; i < known_.size(); ++i) {
+                if (known_[i].state != ray_is_asked)
+                    continue;
+                segments.push_back({glm::vec3(known_[i].from), known_[i].to});
+                which.push_back(i);
+            }
+            if (segments.empty())
+                return traced;
+            std::vector<std::uint8_t> hit(segments.size());
+            trace(segments, hit);
+            for (std::size_t k = 0; k < which.size(); ++k)
+                known_[which[k]].state = hit[k] != 0 ? ray_is_blocked : ray_is_open;
+            rays_.write(0, bytes_of(known_));
+            traced += segments.size();
+        }
+    }
+
+    std::vector<float> values() const { return values_.read_all<float>(); }
+    /// 1 for points that need more rays than there is room for.
+    std::vector<std::uint32_t> awaiting() const { return awaiting_.read_all<std::uint32_t>(); }
+
+    /// Which rays of a point are open, a bit each.
+    void write_answers(std::size_t point, std::span<std::uint32_t> words) const {
+        for (std::uint32_t number = 0; number < rays_per_point_; ++number)
+            if (known_[point * rays_per_point_ + number].state == ray_is_open)
+                words[number / 32] |= 1u << number % 32;
+    }
+
+private:
     /// The query's kernel, with these buffers.
     const ComputeKernel& bound(const HostRayQuery& query) const {
         std::vector<ComputeBinding> bindings = query.bindings;
         std::uint32_t place = 0;
-        for (const ComputeBuffer& buffer : {points, values, rays, awaiting})
+        for (const ComputeBuffer& buffer : {points_, values_, rays_, awaiting_, answers_})
             bindings.push_back({1, place++, buffer});
         if (!query.kernel)
-            return query.kernel.emplace(device, query.shader, bindings, sizeof(Work));
+            return query.kernel.emplace(device_, query.shader, bindings, sizeof(Work));
         for (const ComputeBinding& binding : bindings)
             query.kernel->bind(binding);
         return *query.kernel;
     }
 
-    enum class Kind { all, awaiting, sums };
-
-    double run(Kind kind) const {
-        Work now = work;
-        now.only_awaiting = kind == Kind::awaiting ? 1 : 0;
-        now.sums_only = kind == Kind::sums ? 1 : 0;
-        return device.run([&](const ComputeCommands& commands) {
-            commands.dispatch(kernel, (now.point_count + 63) / 64, 1, 1, std::as_bytes(std::span(&now, 1)));
-        });
-    }
-
-    /// Traces the rays that were asked for. Returns how many that were.
-    std::size_t trace_asked(const TraceSegments& trace) const {
-        auto all = rays.read_all<Ray>();
-        std::vector<lightmesh::Segment> segments;
-        std::vector<std::size_t> which;
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            if (all[i].state != ray_is_asked)
-                continue;
-            segments.push_back({glm::vec3(all[i].from), all[i].to});
-            which.push_back(i);
-        }
-        if (segments.empty())
-            return 0;
-        std::vector<std::uint8_t> hit(segments.size());
-        trace(segments, hit);
-        for (std::size_t k = 0; k < which.size(); ++k)
-            all[which[k]].state = hit[k] != 0 ? ray_is_blocked : ray_is_open;
-        rays.write(0, std::as_bytes(std::span(all)));
-        return segments.size();
-    }
-
-    const ComputeDevice& device;
-    Work work;
-    ComputeBuffer points;
-    ComputeBuffer values;
-    ComputeBuffer rays;
-    ComputeBuffer awaiting;
-    ComputeKernel kernel;
+    const ComputeDevice& device_;
+    std::uint32_t point_count_;
+    std::uint32_t rays_per_point_;
+    ComputeBuffer points_;
+    ComputeBuffer values_;
+    ComputeBuffer rays_;
+    ComputeBuffer awaiting_;
+    ComputeBuffer answers_;
+    ComputeKernel kernel_;
+    std::vector<Ray> known_;  ///< what was read last
 };
+
+/// How long the device takes for points whose rays are known.
+double time_of_sums(const ComputeDevice& device, const HostRayQuery& query,
+                    std::span<const lightmesh::SurfacePoint> points, std::span<const std::uint32_t> answers,
+                    int runs) {
+    const std::uint32_t words = answer_words(query.rays_per_point);
+    double seconds = 0.0;
+    for (std::size_t first = 0; first < points.size(); first += most_points) {
+        const std::size_t count = (std::min)(most_points, points.size() - first);
+        std::vector<Point> some;
+        std::ranges::transform(points.subspan(first, count), std::back_inserter(some), point_of);
+        const auto of_these = answers.subspan(first * words, count * words);
+        const Batch batch(device, query, query.rays_per_point, some, 1, {of_these.begin(), of_these.end()});
+        double least = std::numeric_limits<double>::infinity();
+        for (int i = 0; i < runs; ++i)
+            least = (std::min)(least, batch.run(Kind::sums));
+        seconds += least;
+    }
+    return seconds;
+}
 
 }  // namespace
 
-HostRayAnswer HostRayQuery::ask(
-    const ComputeDevice& device, std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
-    int timed_runs,
-    const std::function<void(std::size_t first, std::span<const std::byte>)>& take_requests) const {
+HostRayAnswer HostRayQuery::ask(const ComputeDevice& device, std::span<const lightmesh::SurfacePoint> points,
+                                const TraceSegments& trace, int timed_runs,
+                                const TakeRequests& take_requests) const {
     constexpr std::size_t most_bytes = std::size_t{1} << 27;
-    const std::size_t most =
-        (std::min)(most_bytes / (sizeof(float) * (std::max)(light_count, std::size_t{1})),
-                   (std::min)(most_bytes / (sizeof(Ray) * rays_per_point), std::size_t{65535} * 64));
     HostRayAnswer answer;
-    for (std::size_t first = 0; first < points.size(); first += most) {
-        const auto some = points.subspan(first, (std::min)(most, points.size() - first));
-        const Batch batch(device, *this, some);
-        for (auto kind = Batch::Kind::all;; kind = Batch::Kind::awaiting) {
-            batch.run(kind);
-            const std::size_t traced = batch.trace_asked(trace);
-            answer.rays += traced;
-            if (traced == 0)
-                break;
+    answer.values.resize(points.size() * light_count);
+    const std::uint32_t words = answer_words(rays_per_point);
+    std::vector<std::uint32_t> answers(timed_runs > 0 ? points.size() * words : 0);
+    std::vector<std::uint32_t> left(points.size());
+    std::iota(left.begin(), left.end(), 0u);
+    for (const std::uint32_t room : {(std::min)(few_rays, rays_per_point), rays_per_point}) {
+        const std::vector<std::uint32_t> asked = std::exchange(left, {});
+        const std::size_t most = (std::min)(
+            most_points,
+            most_bytes / (std::max)({sizeof(float) * light_count, sizeof(Ray) * room, sizeof(float)}));
+        for (std::size_t first = 0; first < asked.size(); first += most) {
+            const auto which = std::span(asked).subspan(first, (std::min)(most, asked.size() - first));
+            std::vector<Point> some;
+            for (const std::uint32_t number : which)
+                some.push_back(point_of(points[number]));
+            Batch batch(device, *this, room, some, light_count, {});
+            answer.rays += batch.settle(trace);
+            // Once more, since what was guessed of rays may have led to requests.
+            requests.write(0, no_requests);
+            batch.run(room < rays_per_point ? Kind::settled : Kind::all);
+            take_requests(which, requests.read_all<std::byte>());
+            const std::vector<float> values = batch.values();
+            const std::vector<std::uint32_t> awaiting = batch.awaiting();
+            for (std::size_t i = 0; i < which.size(); ++i) {
+                std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(i * light_count), light_count,
+                            answer.values.begin() + static_cast<std::ptrdiff_t>(which[i] * light_count));
+                if (awaiting[i] != 0)
+                    left.push_back(which[i]);
+                else if (timed_runs > 0)
+                    batch.write_answers(i, std::span(answers).subspan(which[i] * words, words));
+            }
         }
-        // Once more, since what was guessed of rays may have led to requests.
-        requests.write(0, no_requests);
-        batch.run(Batch::Kind::all);
-        const auto values = batch.values.read_all<float>();
-        answer.values.insert(answer.values.end(), values.begin(),
-                             values.begin() + static_cast<std::ptrdiff_t>(some.size() * light_count));
-        take_requests(first, requests.read_all<std::byte>());
-        for (const std::uint32_t awaits : batch.awaiting.read_all<std::uint32_t>())
-            answer.points_without_rays += awaits;
-        double least = timed_runs > 0 ? std::numeric_limits<double>::infinity() : 0.0;
-        for (int i = 0; i < timed_runs; ++i)
-            least = (std::min)(least, batch.run(Batch::Kind::sums));
-        answer.seconds += least;
     }
+    answer.points_without_rays = left.size();
+    if (timed_runs > 0)
+        answer.seconds = time_of_sums(device, *this, points, answers, timed_runs);
     return answer;
 }
 

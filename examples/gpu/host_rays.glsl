@@ -3,6 +3,11 @@
 // Points that are asked about, and the rays that this takes, for host_rays.cpp: the host traces them. What a point asks
 // for is written down, and the point is asked again when the answers are there. Set 1; to be included once.
 
+const uint kind_all = 0u;
+const uint kind_awaiting = 1u;  // points whose rays were not all known
+const uint kind_settled = 2u;   // the others
+const uint kind_sums = 3u;      // all points, of which all rays are known; one value a point: the sum over its lights
+
 struct Point {
     vec4 position;  // w: footprint
     vec4 normal;
@@ -17,11 +22,12 @@ layout(std430, set = 1, binding = 0) readonly buffer Points { Point points[]; };
 layout(std430, set = 1, binding = 1) buffer Values { float values[]; };
 layout(std430, set = 1, binding = 2) buffer Rays { Ray rays[]; };
 layout(std430, set = 1, binding = 3) buffer Awaiting { uint awaiting[]; };  // 1 if rays are awaited
+// For sums, a bit for each ray of a point: whether it is open.
+layout(std430, set = 1, binding = 4) readonly buffer Answers { uint answers[]; };
 layout(push_constant) uniform Work {
     uint point_count;
     uint rays_per_point;
-    uint only_awaiting;  // leaves points alone whose rays were all known
-    uint sums_only;      // one value a point: the sum over its lights
+    uint kind;
 };
 
 const uint ray_is_open = 1u;
@@ -37,6 +43,10 @@ bool lightmesh_is_open(vec3 from, vec3 to) {
     awaits_rays = awaits_rays || number >= rays_per_point;
     if (number >= rays_per_point)
         return true;
+    if (kind == kind_sums) {
+        uint word = gl_GlobalInvocationID.x * ((rays_per_point + 31u) >> 5) + (number >> 5);
+        return (answers[word] >> (number & 31u) & 1u) != 0u;
+    }
     uint slot = gl_GlobalInvocationID.x * rays_per_point + number;
     uint state = rays[slot].state;
     bool is_known = (state == ray_is_open || state == ray_is_blocked) && rays[slot].from.xyz == from && rays[slot].to == to;
@@ -49,5 +59,7 @@ bool lightmesh_is_open(vec3 from, vec3 to) {
 
 // Whether point i is to be asked about.
 bool is_asked(uint i) {
-    return i < point_count && (only_awaiting == 0u || awaiting[i] != 0u);
+    if (i >= point_count)
+        return false;
+    return kind == kind_awaiting ? awaiting[i] != 0u : kind != kind_settled || awaiting[i] == 0u;
 }

@@ -47,14 +47,16 @@ struct HostRayQuery {
     std::size_t light_count;
     std::uint32_t rays_per_point;
 
-    /// S of all lights at points, no more at a time than fit into 2^27 bytes of values and of rays.
-    /// `timed_runs`: then asks so many times more, with all rays known, and adds up instead of writing what
-    /// it finds; the least time of these counts. `take_requests` gets the bytes of the request buffer, and
-    /// the number of the first of the points that they are of.
-    HostRayAnswer
-    ask(const ComputeDevice& device, std::span<const lightmesh::SurfacePoint> points,
-        const TraceSegments& trace, int timed_runs,
-        const std::function<void(std::size_t first, std::span<const std::byte>)>& take_requests) const;
+    /// Gets the bytes of the request buffer, and which points the numbers in it are of.
+    using TakeRequests =
+        std::function<void(std::span<const std::uint32_t> points, std::span<const std::byte> requests)>;
+
+    /// S of all lights at points, no more at a time than fit into 2^27 bytes of values and of rays. First
+    /// with room for few rays a point; those that need more are asked again with all the room.
+    /// `timed_runs`: then asks so many times more, all points at once, with all rays known, and adds up
+    /// instead of writing what it finds; the least time of these counts.
+    HostRayAnswer ask(const ComputeDevice& device, std::span<const lightmesh::SurfacePoint> points,
+                      const TraceSegments& trace, int timed_runs, const TakeRequests& take_requests) const;
 };
 
 }  // namespace demo

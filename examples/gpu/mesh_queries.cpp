@@ -56,7 +56,7 @@ MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> po
                        .rays_per_point = rays_per_point_};
     query.bindings.push_back({0, lightmesh::MeshUpload::requests_binding, requests_});
     Answer answer;
-    const auto take_requests = [&](std::size_t, std::span<const std::byte> bytes) {
+    const auto take_requests = [&](std::span<const std::uint32_t>, std::span<const std::byte> bytes) {
         const lightmesh::UploadRequests asked = lightmesh::read_requests(bytes);
         answer.requests.insert(answer.requests.end(), asked.points.begin(), asked.points.end());
         answer.overflowed |= asked.overflowed;

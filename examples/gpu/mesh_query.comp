@@ -27,13 +27,14 @@ void main() {
         for (uint l = 0u; l < size; ++l) {
             bool is_missing = lightmesh_is_missing(tile, l);
             float lit = is_missing ? uintBitsToFloat(0x7fc00000u) : lightmesh_visibility(tile, l);
-            if (sums_only == 0u)
+            if (kind != kind_sums)
                 values[i * lightmesh.light_count + lightmesh_light_at(t, l)] = lit;
             else
                 sum += lit;
         }
     }
-    if (sums_only != 0u)
+    if (kind == kind_sums)
         values[i] = sum;
-    awaiting[i] = awaits_rays ? 1u : 0u;
+    else
+        awaiting[i] = awaits_rays ? 1u : 0u;
 }
