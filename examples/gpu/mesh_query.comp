@@ -24,13 +24,17 @@ void main() {
         LightMeshTile tile = lightmesh_tile(point, t);
 #endif
         uint size = lightmesh_tile_size(t);
-        for (uint l = 0u; l < size; ++l) {
-            bool is_missing = lightmesh_is_missing(tile, l);
-            float lit = is_missing ? uintBitsToFloat(0x7fc00000u) : lightmesh_visibility(tile, l);
-            if (kind != kind_sums)
-                values[i * lightmesh.light_count + lightmesh_light_at(t, l)] = lit;
-            else
-                sum += lit;
+        for (uint four = 0u; 4u * four < size; ++four) {
+            vec4 lit = lightmesh_visibility_of_four(tile, four);
+            for (uint i_of_four = 0u; i_of_four < 4u; ++i_of_four) {
+                uint l = 4u * four + i_of_four;
+                if (lightmesh_is_missing(tile, l))
+                    lit[i_of_four] = uintBitsToFloat(0x7fc00000u);
+                if (l < size && kind != kind_sums)
+                    values[i * lightmesh.light_count + lightmesh_light_at(t, l)] = lit[i_of_four];
+                else if (l < size)
+                    sum += lit[i_of_four];
+            }
         }
     }
     if (kind == kind_sums)

@@ -17,6 +17,8 @@
 //                 color += light[lightmesh_light_at(t, l)] * lightmesh_visibility(tile, l);
 //     }
 //
+// Four lights at a time cost less: lightmesh_visibility_of_four(tile, l / 4u) is a vec4 of S.
+//
 // A point with a footprint (world units; see `SurfacePoint`) is answered by one level of the mesh, or between two:
 //
 //     LightMeshBlend point = lightmesh_point(P, n, footprint);
@@ -69,6 +71,13 @@ struct LightMeshLevel {
     float step_float;
     float reach;  // of segments to far lights, world units
     float seed_bounds[32];  // from |P|_inf = seed_bounds[i] on seeds are sought 2^(i - 6) steps in front of P
+    // The doubles as sums of two floats: high, low.
+    float step_low;
+    float inverse_step_high;
+    float inverse_step_low;
+    float origin_high[3];
+    float origin_low[3];
+    float unused;
 };
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING) readonly buffer LightMeshHeader {
     uvec2 steps_per_footprint;  // a double
@@ -87,16 +96,16 @@ layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING) readonly buffer
     LightMeshLevel levels[];
 } lightmesh;
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 1) readonly buffer LightMeshLights {
-    uint lightmesh_lights[];
+    uvec4 lightmesh_lights[];
 };
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 2) readonly buffer LightMeshDirectory {
-    uint lightmesh_directory[];
+    uvec4 lightmesh_directory[];
 };
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 3) readonly buffer LightMeshBricks {
-    uint lightmesh_bricks[];
+    uvec4 lightmesh_bricks[];
 };
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 4) readonly buffer LightMeshBits {
-    uvec2 lightmesh_bits[];
+    uvec4 lightmesh_bits[];  // two pairs each
 };
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 5) buffer LightMeshRequests {
     uint count;    // records that were asked for; those beyond `capacity` were not written
@@ -257,8 +266,11 @@ float lightmesh_blended(float fine, float coarse, float coarser_share) {
 
 // ---- lights: chi of equation (3), ranges and cones
 
-const uint lightmesh_light_words = 16u;
-const uint lightmesh_light_tile_words = 8u;
+// In fours of words: {low, high} of the box of a tile's lights and the largest magnitude of a place, for all tiles;
+// then for each light {place or direction, kind}, {range squared: a double, the same as a float, .}, {axis and
+// squared tangent of the cone: doubles, from the word before on}, number.
+const uint lightmesh_light_fours = 4u;
+const uint lightmesh_light_tile_fours = 2u;
 
 uint lightmesh_tile_count() {
     return (lightmesh.light_count + 63u) >> 6;
@@ -269,23 +281,14 @@ uint lightmesh_tile_size(uint tile) {
     return min(64u, lightmesh.light_count - 64u * tile);
 }
 
+// Where a light stands in the buffer; its slot is 64 * tile + l.
+uint lightmesh_light(uint slot) {
+    return lightmesh_light_tile_fours * lightmesh_tile_count() + lightmesh_light_fours * slot;
+}
+
 // The number of light l of a tile, as `LightMesh::visibility` counts them.
 uint lightmesh_light_at(uint tile, uint l) {
-    return lightmesh_lights[lightmesh_light_tile_words * lightmesh_tile_count() +
-                            lightmesh_light_words * (64u * tile + l) + 15u];
-}
-
-uint lightmesh_light(uint slot) {
-    return lightmesh_light_tile_words * lightmesh_tile_count() + lightmesh_light_words * slot;
-}
-
-vec3 lightmesh_light_vector(uint word) {
-    return uintBitsToFloat(
-        uvec3(lightmesh_lights[word], lightmesh_lights[word + 1u], lightmesh_lights[word + 2u]));
-}
-
-uvec2 lightmesh_light_double(uint word) {
-    return uvec2(lightmesh_lights[word], lightmesh_lights[word + 1u]);
+    return lightmesh_lights[lightmesh_light(64u * tile + l) + 3u].w;
 }
 
 const uint lightmesh_is_directional = 1u;
@@ -304,89 +307,105 @@ uvec2 lightmesh_dot(vec3 a, vec3 b) {
     return sum;
 }
 
+struct LightMeshCone {
+    uvec2 axis[3];  // doubles
+    uvec2 tangent_squared;
+};
+
+LightMeshCone lightmesh_cone_of(uint light) {
+    uvec4 first = lightmesh_lights[light + 1u], second = lightmesh_lights[light + 2u], third = lightmesh_lights[light + 3u];
+    return LightMeshCone(uvec2[3](uvec2(first.w, second.x), second.yz, uvec2(second.w, third.x)), third.yz);
+}
+
 // Whether a light's cone holds the offset from the light to a point; exact.
-bool lightmesh_cone_holds(uint light, vec3 offset, bool is_wide) {
+bool lightmesh_cone_holds(LightMeshCone cone, vec3 offset, bool is_wide) {
     uvec2 along = uvec2(0u), across = uvec2(0u);
     for (int i = 0; i < 3; ++i) {
         int j = i == 2 ? 0 : i + 1, k = i == 0 ? 2 : i - 1;
-        uvec2 axis_j = lightmesh_light_double(light + 7u + 2u * uint(j));
-        uvec2 axis_k = lightmesh_light_double(light + 7u + 2u * uint(k));
         uvec2 offset_j = lightmesh_double_of(offset[j]), offset_k = lightmesh_double_of(offset[k]);
-        uvec2 component = lightmesh_double_subtract(lightmesh_double_multiply(axis_j, offset_k),
-                                                    lightmesh_double_multiply(offset_j, axis_k));
+        uvec2 component = lightmesh_double_subtract(lightmesh_double_multiply(cone.axis[j], offset_k),
+                                                    lightmesh_double_multiply(offset_j, cone.axis[k]));
         across = lightmesh_double_add(across, lightmesh_double_multiply(component, component));
-        uvec2 axis_i = lightmesh_light_double(light + 7u + 2u * uint(i));
-        along = lightmesh_double_add(along, lightmesh_double_multiply(axis_i, lightmesh_double_of(offset[i])));
+        along = lightmesh_double_add(along, lightmesh_double_multiply(cone.axis[i], lightmesh_double_of(offset[i])));
     }
-    uvec2 limit = lightmesh_double_multiply(lightmesh_light_double(light + 13u), along);
+    uvec2 limit = lightmesh_double_multiply(cone.tangent_squared, along);
     limit = lightmesh_double_multiply(limit, along);
     uvec2 left = lightmesh_double_subtract(limit, across);
     bool is_behind = lightmesh_double_is_negative(along), is_outside = lightmesh_double_is_negative(left);
     return is_wide ? !is_behind || is_outside || left.y == 0u : !is_behind && !is_outside;
 }
 
-float lightmesh_double_as_float(uint word) {
-    return lightmesh_double_to_float(lightmesh_light_double(word));
-}
-
 // The same; by floats where they can tell.
 bool lightmesh_in_cone(uint light, vec3 offset, bool is_wide) {
+    LightMeshCone cone = lightmesh_cone_of(light);
     float largest = lightmesh_largest(offset);
     vec3 w = offset / largest;
-    vec3 axis = vec3(lightmesh_double_as_float(light + 7u), lightmesh_double_as_float(light + 9u),
-                     lightmesh_double_as_float(light + 11u));
-    float tangent_squared = lightmesh_double_as_float(light + 13u);
+    vec3 axis = vec3(lightmesh_double_to_float(cone.axis[0]), lightmesh_double_to_float(cone.axis[1]),
+                     lightmesh_double_to_float(cone.axis[2]));
+    float tangent_squared = lightmesh_double_to_float(cone.tangent_squared);
     float along = dot(axis, w);
     vec3 across = cross(axis, w);
     float limit = tangent_squared * along * along;
     float difference = limit - dot(across, across);
     float band = 3.8e-6 * (3.0 + 2.0 * tangent_squared * abs(along));
     if (!(largest > 1e-15 && largest < 1e15 && abs(along) > 3.8e-6 && abs(difference) > band))
-        return lightmesh_cone_holds(light, offset, is_wide);
+        return lightmesh_cone_holds(cone, offset, is_wide);
     return is_wide ? along > 0.0 || difference < 0.0 : along > 0.0 && difference > 0.0;
+}
+
+// Whether a light that P may face reaches P. `is_clear`: whether floats tell that P faces it.
+bool lightmesh_reaches(uint light, uint kind, vec3 at, vec3 offset, vec3 P, vec3 n, bool is_clear) {
+    if ((kind & lightmesh_reaches_nothing) != 0u)
+        return false;
+    if (!is_clear && lightmesh_double_is_negative(lightmesh_dot(n, offset)))
+        return false;
+    if ((kind & lightmesh_has_range) != 0u) {
+        uvec4 range = lightmesh_lights[light + 1u];
+        float distance = dot(offset, offset);
+        float range_squared = uintBitsToFloat(range.z);
+        bool is_told = (kind & lightmesh_has_odd_range) == 0u;
+        if (is_told && distance > 1.00001 * range_squared)
+            return false;
+        if (!(is_told && distance < 0.99999 * range_squared) &&
+            lightmesh_double_less(range.xy, lightmesh_dot(offset, offset)))
+            return false;
+    }
+    if ((kind & lightmesh_has_cone) != 0u) {
+        precise vec3 from_light = P - at;
+        return lightmesh_in_cone(light, from_light, (kind & lightmesh_has_wide_cone) != 0u);
+    }
+    return true;
 }
 
 // One bit for each light of a tile that can reach P at all.
 uvec2 lightmesh_reaching(vec3 P, vec3 n, uint tile) {
-    uint of_tile = lightmesh_light_tile_words * tile;
-    vec3 low = lightmesh_light_vector(of_tile), high = lightmesh_light_vector(of_tile + 3u);
-    if (any(lessThan(P, low)) || any(greaterThan(P, high)))
+    uvec4 low = lightmesh_lights[lightmesh_light_tile_fours * tile];
+    uvec4 high = lightmesh_lights[lightmesh_light_tile_fours * tile + 1u];
+    vec3 box_high = uintBitsToFloat(uvec3(low.w, high.xy));
+    if (any(lessThan(P, uintBitsToFloat(low.xyz))) || any(greaterThan(P, box_high)))
         return uvec2(0u);
-    float largest_at = uintBitsToFloat(lightmesh_lights[of_tile + 6u]);
-    float band = 9.5367431640625e-7 * (largest_at + abs(P.x) + abs(P.y) + abs(P.z));
+    float band = 9.5367431640625e-7 * (uintBitsToFloat(high.z) + abs(P.x) + abs(P.y) + abs(P.z));
     uvec2 reaching = uvec2(0u);
     uint size = lightmesh_tile_size(tile);
-    for (uint l = 0u; l < size; ++l) {
-        uint light = lightmesh_light(64u * tile + l);
-        uint kind = lightmesh_lights[light + 3u];
-        vec3 at = lightmesh_light_vector(light);
-        bool is_directional = (kind & lightmesh_is_directional) != 0u;
-        precise vec3 offset = is_directional ? at : at - P;
+    uint light = lightmesh_light(64u * tile);
+    // Bits come in from above, so that the place of none depends on the loop.
+    for (uint l = 0u; l < size; ++l, light += lightmesh_light_fours) {
+        uvec4 first = lightmesh_lights[light];
+        vec3 at = uintBitsToFloat(first.xyz);
+        precise vec3 offset = (first.w & lightmesh_is_directional) != 0u ? at : at - P;
         float height = dot(n, offset);
-        if (height < -band || (kind & lightmesh_reaches_nothing) != 0u)
-            continue;
-        if (!(height > band) && lightmesh_double_is_negative(lightmesh_dot(n, offset)))
-            continue;
-        if ((kind & lightmesh_has_range) != 0u) {
-            float distance = dot(offset, offset);
-            float range = uintBitsToFloat(lightmesh_lights[light + 6u]);  // squared
-            bool is_told = (kind & lightmesh_has_odd_range) == 0u;
-            if (is_told && distance > 1.00001 * range)
-                continue;
-            if (!(is_told && distance < 0.99999 * range) &&
-                lightmesh_double_less(lightmesh_light_double(light + 4u), lightmesh_dot(offset, offset)))
-                continue;
-        }
-        if ((kind & lightmesh_has_cone) != 0u) {
-            precise vec3 from_light = P - at;
-            if (!lightmesh_in_cone(light, from_light, (kind & lightmesh_has_wide_cone) != 0u))
-                continue;
-        }
-        if (l < 32u)
-            reaching.x |= 1u << l;
-        else
-            reaching.y |= 1u << (l - 32u);
+        bool reaches = height > band;
+        if (!(height < -band) && (!reaches || first.w > lightmesh_is_directional))
+            reaches = lightmesh_reaches(light, first.w, at, offset, P, n, reaches);
+        reaching.x = reaching.x >> 1 | reaching.y << 31;
+        reaching.y = reaching.y >> 1 | (reaches ? 0x80000000u : 0u);
     }
+    uint above = 64u - size;
+    if (above >= 32u)
+        reaching = uvec2(reaching.y, 0u);
+    above &= 31u;
+    if (above != 0u)
+        reaching = uvec2(reaching.x >> above | reaching.y << (32u - above), reaching.y >> above);
     return reaching;
 }
 
@@ -404,12 +423,14 @@ struct LightMeshHemisphere {
     ivec3 position;  // from the first brick's first light point
     ivec3 slope;
     int lowest_height;
+    float inverse_slope;  // of slope.x, in steps; without meaning where that is 0
 };
 
 // What the seeds that P sees reach.
 struct LightMeshFloods {
     int count;
-    uint at[20];
+    uint first;
+    uint others[19];
 };
 
 // A surface point on its way through a query.
@@ -421,52 +442,93 @@ struct LightMeshPoint {
     float footprint;  // as it was given
     int level;
     uint missing;  // why all of it is; 0: it is not
-    int m;         // number of light points that are averaged; 0: shadow rays decide; -1: not counted yet
     bool is_requested;
-    bool is_linked;  // only what floods reach is averaged
     uint uniform_brick;  // a brick like all others for the lights that reach P; lightmesh_no_brick: they differ
     LightMeshHemisphere hemisphere;
+    // The linked short test:
+    bool is_linked;  // only what floods reach is averaged
+    bool is_settled;  // no more seeds are sought
     LightMeshFloods floods;
+    ivec3 low;        // the light point at the corner of the eight around the place in front of P
+    ivec3 fraction;   // where that place lies between these, of 1024
+    uint left;        // which of the eight were not sought yet
+    int far_seeds;    // how many others were
+    int size;         // number of light points of the hemisphere; -1: not counted yet
+    int linked;       // of those that floods reach
 };
 
-// Light points of a brick of the box, 8 bits a cell as everywhere in the library.
-uvec2 lightmesh_brick_mask(LightMeshHemisphere p, ivec3 brick) {
-    int one = 1 << lightmesh.fraction_bits;
-    ivec3 low = (brick << (2 + int(lightmesh.fraction_bits))) - p.position;
-    ivec3 high = low + 3 * one;
-    ivec3 least = max(max(low, -high), ivec3(0));
-    ivec3 far = max(abs(low), abs(high));
-    ivec3 height_low = low * p.slope, height_high = high * p.slope;
-    ivec3 greatest_height = max(height_low, height_high), least_height = min(height_low, height_high);
-    int radius_squared = lightmesh.radius_squared;
-    least *= least;
-    far *= far;
-    if (least.x + least.y + least.z >= radius_squared ||
-        greatest_height.x + greatest_height.y + greatest_height.z <= p.lowest_height)
-        return uvec2(0u);
-    if (far.x + far.y + far.z < radius_squared &&
-        least_height.x + least_height.y + least_height.z > p.lowest_height)
-        return uvec2(0xffffffffu);
-    ivec4 x = ivec4(low.x, low.x + one, low.x + 2 * one, high.x);
-    ivec4 square_x = x * x, height_x = x * p.slope.x;
-    uvec2 mask = uvec2(0u);
-    for (int z = 0; z < 4; ++z) {
-        int dz = low.z + z * one;
-        int square_z = radius_squared - dz * dz, height_z = p.lowest_height - dz * p.slope.z;
-        uint of_z = 0u;
-        for (int y = 0; y < 4; ++y) {
-            int dy = low.y + y * one;
-            ivec4 square_left = ivec4(square_z - dy * dy), height_left = ivec4(height_z - dy * p.slope.y);
-            uvec4 inside = uvec4(lessThan(square_x, square_left)) & uvec4(greaterThan(height_x, height_left));
-            of_z |= (inside.x | inside.y << 1 | inside.z << 8 | inside.w << 9) << ((y >> 1) * 16 + (y & 1) * 2);
-        }
-        of_z <<= (z & 1) * 4;
-        if (z < 2)
-            mask.x |= of_z;
-        else
-            mask.y |= of_z;
+// Whether a light point, counted from the hemisphere's first brick on, lies in it; along x, what is left of the radius
+// squared and of the least height.
+bool lightmesh_in_row(LightMeshHemisphere p, int x, int square, int height) {
+    int d = (x << lightmesh.fraction_bits) - p.position.x;
+    return d * d < square && d * p.slope.x > height;
+}
+
+// Light points of a row of twelve, from light point `first` on; a bit each.
+uint lightmesh_row(LightMeshHemisphere p, int first, int square, int height) {
+    if (p.slope.x == 0 && height >= 0)
+        return 0u;
+    // In steps. Where floats are too near to a light point to tell on which side it lies, integers do.
+    const float too_near = 6.103515625e-5;  // 2^-14: an eighth of what positions are rounded to
+    float per_step = uintBitsToFloat((127u - lightmesh.fraction_bits) << 23);
+    float at = float(p.position.x) * per_step;
+    float half_width = sqrt(float(square)) * per_step;
+    float plane = at + clamp(float(height) * p.inverse_slope, -64.0, 64.0);
+    float low = p.slope.x > 0 ? max(at - half_width, plane) : at - half_width;
+    float high = p.slope.x < 0 ? min(at + half_width, plane) : at + half_width;
+    float from = floor(low + 0.5), to = floor(high + 0.5);
+    int begin = int(from) - first, end = int(to) - first;  // the light points next to low and high
+    if (min(abs(low - from), abs(high - to)) < too_near) {
+        begin += lightmesh_in_row(p, int(from), square, height) ? 0 : 1;
+        end -= lightmesh_in_row(p, int(to), square, height) ? 0 : 1;
+    } else {
+        begin += from < low ? 1 : 0;
+        end -= to > high ? 1 : 0;
     }
-    return mask;
+    begin = clamp(begin, 0, 12);
+    end = clamp(end, -1, 11) + 1;
+    return begin < end ? (1u << end) - (1u << begin) : 0u;
+}
+
+// Exchanges bits that `mask` has with those `by` places above them.
+uvec2 lightmesh_exchange(uvec2 bits, uint mask, int by) {
+    uvec2 differ = (bits ^ bits >> by) & mask;
+    return bits ^ differ ^ differ << by;
+}
+
+// Light points of three bricks in a row along x, 8 bits a cell as everywhere in the library.
+struct LightMeshMasks {
+    uvec2 of[3];
+};
+
+LightMeshMasks lightmesh_masks(LightMeshHemisphere p, ivec3 brick) {
+    LightMeshMasks masks = LightMeshMasks(uvec2[3](uvec2(0u), uvec2(0u), uvec2(0u)));
+    for (int z = 0; z < 4; ++z) {
+        int dz = ((4 * brick.z + z) << lightmesh.fraction_bits) - p.position.z;
+        int square_z = lightmesh.radius_squared - dz * dz;
+        if (square_z <= 0)
+            continue;
+        int height_z = p.lowest_height - dz * p.slope.z;
+        uvec3 rows = uvec3(0u);
+        for (int y = 0; y < 4; ++y) {
+            int dy = ((4 * brick.y + y) << lightmesh.fraction_bits) - p.position.y;
+            int square = square_z - dy * dy;
+            if (square <= 0)
+                continue;
+            uint row = lightmesh_row(p, 4 * brick.x, square, height_z - dy * p.slope.y);
+            rows |= (uvec3(row, row >> 4, row >> 8) & 15u) << (4 * y);
+        }
+        rows <<= 16 * (z & 1);
+        for (int i = 0; i < 3; ++i)
+            masks.of[i] |= z < 2 ? uvec2(rows[i], 0u) : uvec2(0u, rows[i]);
+    }
+    // Row by row: x, x, y, y, z are the places of bits; by cells: x, y, z, x, y.
+    for (int i = 0; i < 3; ++i) {
+        uvec2 mask = lightmesh_exchange(masks.of[i], 0x0c0c0c0cu, 2);
+        mask = lightmesh_exchange(mask, 0x0000f0f0u, 12);
+        masks.of[i] = lightmesh_exchange(mask, 0x0000ff00u, 8);
+    }
+    return masks;
 }
 
 int lightmesh_bits_in(uvec2 mask) {
@@ -476,11 +538,16 @@ int lightmesh_bits_in(uvec2 mask) {
 
 int lightmesh_lowest_height(int level, float largest) {
     // 2^15 (2 + 2^f largest 2^-22 / step): where it is far from a whole number floats are enough.
-    float scale = uintBitsToFloat(uint(127 + int(lightmesh.fraction_bits) - 7) << 23);
-    float guess = (largest / lightmesh.levels[level].step_float) * scale;
-    float fraction = fract(guess);
-    if (guess < 65536.0 && fraction > 0.02 && fraction < 0.98)
-        return 65536 + int(guess);
+    float scale = uintBitsToFloat((127u + lightmesh.fraction_bits - 7u) << 23);
+    float step = lightmesh.levels[level].step_float;
+    float quotient = largest / step;
+    vec2 product = lightmesh_product(quotient, step);
+    precise float rest = ((largest - product.x) - product.y) - quotient * lightmesh.levels[level].step_low;
+    float guess = quotient * scale;
+    float whole = floor(guess);
+    precise float fraction = (guess - whole) + rest / step * scale;
+    if (guess < 65536.0 && fraction > 1e-5 && fraction < 0.99999)
+        return 65536 + int(whole);
     uvec2 rounding = lightmesh_double_of(largest);
     rounding = lightmesh_double_divide(lightmesh_double_scale(rounding, -22), lightmesh.levels[level].step);
     rounding = lightmesh_double_scale(rounding, int(lightmesh.fraction_bits));
@@ -488,72 +555,139 @@ int lightmesh_lowest_height(int level, float largest) {
     return lightmesh_double_exponent(height) >= 31 ? 0x7fffffff : lightmesh_double_floor(height);
 }
 
-// Places in the grid, in steps, as `Grid::locate`.
-struct LightMeshGridPos {
-    uvec2 at[3];
-};
-
 const uint lightmesh_no_brick = 0xffffffffu;
 
-// Fills in the hemisphere; false if P lies outside of the grid.
-bool lightmesh_find_hemisphere(inout LightMeshPoint p, out LightMeshGridPos grid_pos) {
+// floor(a + b), 0 <= a < 2^12, if what is left of it leaves no doubt, given how far a + b may be off.
+bool lightmesh_floor_of_sum(float a, float b, float error, out int whole) {
+    float base = floor(a);
+    precise float part = (a - base) + b;
+    float more = floor(part);
+    whole = int(base) + int(more);
+    float band = error + 4.8e-7;
+    return part - more > band && part - more < 1.0 - band;
+}
+
+// A coordinate in the grid, in steps, as the sum of two floats, and how far that may be from what `Grid::locate` has:
+// more than a step where floats don't hold what they are made of.
+struct LightMeshCoordinate {
+    vec2 at;
+    float error;
+};
+
+LightMeshCoordinate lightmesh_coordinate(int level, int axis, float position) {
+    float origin = lightmesh.levels[level].origin_high[axis], inverse_step = lightmesh.levels[level].inverse_step_high;
+    precise float difference = position - origin;
+    precise float in_it = difference - position;
+    precise float lost = (position - (difference - in_it)) + (-origin - in_it);
+    precise float rest = lost - lightmesh.levels[level].origin_low[axis];
+    vec2 product = lightmesh_product(difference, inverse_step);
+    precise float more = product.y + (difference * lightmesh.levels[level].inverse_step_low + rest * inverse_step);
+    precise float high = product.x + more;
+    precise float low = more - (high - product.x);
+    float size = abs(position) + abs(origin);
+    bool is_held = size > 1e-20 && size < 1e18 && inverse_step > 1e-15 && inverse_step < 1e15 && abs(high) < 16777000.0;
+    return LightMeshCoordinate(vec2(high, low), is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
+}
+
+// Where P lies along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
+// one's first light point on in 2^-f steps.
+struct LightMeshReach {
+    int first;
+    int last;
+    int position;
+};
+
+// By floats; false where they can't tell.
+bool lightmesh_reach(int level, int axis, float position, out LightMeshReach reach) {
+    LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
+    float whole_quality = floor(lightmesh.quality), quality = lightmesh.quality - whole_quality;
+    float one = uintBitsToFloat((127u + lightmesh.fraction_bits) << 23);
+    float base = floor(c.at.x), part = c.at.x - base;
+    int low, high, units;
+    bool is_low_clear = lightmesh_floor_of_sum(part + (1.0 - quality), c.at.y, c.error, low);
+    bool is_high_clear = lightmesh_floor_of_sum(part + quality, c.at.y, c.error, high);
+    bool is_clear = lightmesh_floor_of_sum(part * one + 0.5, c.at.y * one, c.error * one, units);
+    int steps = int(base);
+    reach.first = (steps + low - 1 - int(whole_quality)) >> 2;
+    reach.last = (steps + high + int(whole_quality)) >> 2;
+    reach.position = ((steps - 4 * reach.first) << lightmesh.fraction_bits) + units;
+    return is_low_clear && is_high_clear && is_clear;
+}
+
+// As the CPU's doubles. False outside of the grid.
+bool lightmesh_exact_reach(int level, int axis, float position, out LightMeshReach reach) {
     LightMeshFixed quality = lightmesh_fixed(lightmesh_double_of(lightmesh.quality));
+    uvec2 at = lightmesh_double_multiply(
+        lightmesh_double_subtract(lightmesh_double_of(position), lightmesh.levels[level].origin[axis]),
+        lightmesh.levels[level].inverse_step);
+    if (!lightmesh_double_less(lightmesh_double_abs(at), lightmesh_double_of(16777152.0)))
+        return false;
+    LightMeshFixed fixed_at = lightmesh_fixed(at);
+    int low = fixed_at.whole - quality.whole - (fixed_at.high < quality.high ? 1 : 0);
+    int high = fixed_at.whole + quality.whole + (fixed_at.high + quality.high < fixed_at.high ? 1 : 0);
+    reach.first = low >> 2;
+    reach.last = high >> 2;
+    LightMeshFixed from_first =
+        lightmesh_fixed(lightmesh_double_subtract(at, lightmesh_double_of(4 * reach.first)));
+    uint below = from_first.high >> (31u - lightmesh.fraction_bits);  // one bit more than is kept
+    reach.position = (from_first.whole << lightmesh.fraction_bits) + int((below + 1u) >> 1);
+    return true;
+}
+
+// Fills in the hemisphere; false if P lies outside of the grid.
+bool lightmesh_find_hemisphere(inout LightMeshPoint p) {
     for (int axis = 0; axis < 3; ++axis) {
-        uvec2 at = lightmesh_double_multiply(
-            lightmesh_double_subtract(lightmesh_double_of(p.position[axis]), lightmesh.levels[p.level].origin[axis]),
-            lightmesh.levels[p.level].inverse_step);
-        grid_pos.at[axis] = at;
-        if (!lightmesh_double_less(lightmesh_double_abs(at), lightmesh_double_of(16777152.0)))
+        LightMeshReach reach;
+        if (!lightmesh_reach(p.level, axis, p.position[axis], reach) &&
+            !lightmesh_exact_reach(p.level, axis, p.position[axis], reach))
             return false;
-        LightMeshFixed fixed_at = lightmesh_fixed(at);
-        int low = fixed_at.whole - quality.whole - (fixed_at.high < quality.high ? 1 : 0);
-        int high = fixed_at.whole + quality.whole + (fixed_at.high + quality.high < fixed_at.high ? 1 : 0);
-        p.hemisphere.first[axis] = low >> 2;
-        p.hemisphere.bricks[axis] = (high >> 2) - p.hemisphere.first[axis] + 1;
-        LightMeshFixed from_first = lightmesh_fixed(
-            lightmesh_double_subtract(at, lightmesh_double_of(4 * p.hemisphere.first[axis])));
-        uint bits = lightmesh.fraction_bits;
-        uint below = from_first.high >> (31u - bits);  // one bit more than is kept
-        p.hemisphere.position[axis] = (from_first.whole << bits) + int((below + 1u) >> 1);
-        // 2^15 n + 1/2 is exact: n has 24 bits.
-        LightMeshFixed fixed_slope = lightmesh_fixed(lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), 15));
-        p.hemisphere.slope[axis] = fixed_slope.whole + int(fixed_slope.high >> 31);
+        p.hemisphere.first[axis] = reach.first;
+        p.hemisphere.bricks[axis] = reach.last - reach.first + 1;
+        p.hemisphere.position[axis] = reach.position;
+        float slope = p.unit[axis] * 32768.0, below = floor(slope);
+        p.hemisphere.slope[axis] = int(below) + (slope - below >= 0.5 ? 1 : 0);
     }
     p.hemisphere.lowest_height = lightmesh_lowest_height(p.level, lightmesh_largest(p.position));
+    float per_step = uintBitsToFloat((127u - lightmesh.fraction_bits) << 23);
+    p.hemisphere.inverse_slope = per_step / float(p.hemisphere.slope.x);
     return true;
 }
 
 // ---- bricks
 
-// Word of the record of a level's brick; 0xffffffff if it is not there.
+// Where the record of a level's brick stands; lightmesh_no_brick if it is not there.
 uint lightmesh_find_brick(int level, ivec3 coord) {
     ivec3 region = coord >> 2;
     uvec3 r = uvec3(region);
     uint hash = r.x * 0x9e3779b1u ^ r.y * 0x85ebca77u ^ r.z * 0xc2b2ae3du ^ uint(level) * 0x27d4eb2fu;
     hash ^= hash >> 15;
     for (uint slot = hash & lightmesh.slot_mask;; slot = (slot + 1u) & lightmesh.slot_mask) {
-        uint named = lightmesh_directory[4u * slot + 3u];
-        if (named == 0u)
+        uvec4 named = lightmesh_directory[slot];
+        if (named.w == 0u)
             return lightmesh_no_brick;
-        ivec3 of = ivec3(lightmesh_directory[4u * slot], lightmesh_directory[4u * slot + 1u],
-                         lightmesh_directory[4u * slot + 2u]);
-        if (of != region || named >> 27 != uint(level))
+        if (ivec3(named.xyz) != region || named.w >> 27 != uint(level))
             continue;
         uint in_region = uint((coord.x & 3) + 4 * (coord.y & 3) + 16 * (coord.z & 3));
-        uint brick = lightmesh_directory[lightmesh.first_region + 64u * ((named & 0x07ffffffu) - 1u) + in_region];
-        return brick == 0u ? lightmesh_no_brick : (brick - 1u) * lightmesh.brick_words;
+        uint word = lightmesh.first_region + 64u * ((named.w & 0x07ffffffu) - 1u) + in_region;
+        uint brick = lightmesh_directory[word >> 2][word & 3u];
+        return brick == 0u ? lightmesh_no_brick : (brick - 1u) * (lightmesh.brick_words >> 2);
     }
 }
 
-const uint lightmesh_brick_head = 4u;
-const uint lightmesh_tile_words = 16u;
-
+// Of a tile of lights: {known cells, uniform lights}, {lit of those, two cells}, {four cells}, {two cells}.
 uint lightmesh_tile_record(uint brick, uint tile) {
-    return brick + lightmesh_brick_head + lightmesh_tile_words * tile;
+    return brick + 1u + 4u * tile;
 }
 
-uvec2 lightmesh_brick_pair(uint word) {
-    return uvec2(lightmesh_bricks[word], lightmesh_bricks[word + 1u]);
+uvec2 lightmesh_pair(uint pair) {
+    uvec4 two = lightmesh_bits[pair >> 1];
+    return (pair & 1u) == 0u ? two.xy : two.zw;
+}
+
+// The bit of a light point in its brick.
+uint lightmesh_bit_in_brick(ivec3 light_point) {
+    uvec3 at = uvec3(light_point) & 3u, cell = at >> 1, in_cell = at & 1u;
+    return 8u * (cell.x + 2u * cell.y + 4u * cell.z) + in_cell.x + 2u * in_cell.y + 4u * in_cell.z;
 }
 
 // ---- floods: what the seeds of the linked short test reach
@@ -563,46 +697,45 @@ uint lightmesh_find_flood(int level, ivec3 seed) {
     uint brick = lightmesh_find_brick(level, seed >> 2);
     if (brick == lightmesh_no_brick)
         return 0u;
-    uint table = lightmesh_bricks[brick];
+    uvec4 head = lightmesh_bricks[brick];
+    uint table = head.x;
     if (table == 0u)
         return 0u;
-    uint bit = uint(8 * ((seed.x >> 1 & 1) + 2 * (seed.y >> 1 & 1) + 4 * (seed.z >> 1 & 1)) + (seed.x & 1) +
-                    2 * (seed.y & 1) + 4 * (seed.z & 1));
-    uvec2 seeds = lightmesh_brick_pair(brick + 2u);
+    uint bit = lightmesh_bit_in_brick(seed);
+    uvec2 seeds = head.zw;
     uint word = bit < 32u ? seeds.x : seeds.y;
     uint one = 1u << (bit & 31u);
     if ((word & one) == 0u)
         return 0u;
     int rank = bitCount(word & (one - 1u)) + (bit < 32u ? 0 : bitCount(seeds.x));
-    uvec2 at = lightmesh_bits[(table - 1u) + uint(rank >> 1)];
+    uvec2 at = lightmesh_pair((table - 1u) + uint(rank >> 1));
     return (rank & 1) == 0 ? at.x : at.y;
 }
 
 // What a flood reaches in a brick.
 uvec2 lightmesh_reached(uint flood, ivec3 coord) {
     uint at = flood - 1u;
-    uvec2 first_xy = lightmesh_bits[at];
-    ivec3 p = coord - ivec3(first_xy, lightmesh_bits[at + 1u].x);
+    ivec3 p = coord - ivec3(lightmesh_bits[at >> 1].xyz);
     int side = lightmesh.flood_side;
     if (any(lessThan(p, ivec3(0))) || any(greaterThanEqual(p, ivec3(side))))
         return uvec2(0u);
     uint slot = uint(p.x + side * (p.y + side * p.z));
     uint one = 1u << (slot & 31u);
-    uvec2 of = lightmesh_bits[at + 2u + (slot >> 5)];  // slots that are full, slots that are partial
+    uvec2 of = lightmesh_pair(at + 2u + (slot >> 5));  // slots that are full, slots that are partial
     if ((of.x & one) != 0u)
         return uvec2(0xffffffffu);
     if ((of.y & one) == 0u)
         return uvec2(0u);
     uint ranks = lightmesh.flood_words;
-    uvec2 before = lightmesh_bits[at + 2u + ranks + (slot >> 6)];
+    uvec2 before = lightmesh_pair(at + 2u + ranks + (slot >> 6));
     uint rank = ((slot >> 5 & 1u) == 0u ? before.x : before.y) + uint(bitCount(of.y & (one - 1u)));
-    return lightmesh_bits[at + 2u + ranks + ((ranks + 1u) >> 1) + rank];
+    return lightmesh_pair(at + 2u + ranks + ((ranks + 1u) >> 1) + rank);
 }
 
 uvec2 lightmesh_reached_by_all(LightMeshFloods floods, ivec3 coord) {
     uvec2 reached = uvec2(0u);
     for (int i = 0; i < floods.count; ++i)
-        reached |= lightmesh_reached(floods.at[i], coord);
+        reached |= lightmesh_reached(i == 0 ? floods.first : floods.others[i - 1], coord);
     return reached;
 }
 
@@ -645,12 +778,31 @@ void lightmesh_request(inout LightMeshPoint p) {
 
 // ---- the linked short test
 
+float lightmesh_exact_light_point(int level, int axis, int index) {
+    return lightmesh_double_to_float(lightmesh_double_add(
+        lightmesh.levels[level].origin[axis],
+        lightmesh_double_multiply(lightmesh.levels[level].step, lightmesh_double_of(index))));
+}
+
 vec3 lightmesh_light_point(int level, ivec3 light_point) {
     vec3 position;
-    for (int axis = 0; axis < 3; ++axis)
-        position[axis] = lightmesh_double_to_float(lightmesh_double_add(
-            lightmesh.levels[level].origin[axis],
-            lightmesh_double_multiply(lightmesh.levels[level].step, lightmesh_double_of(light_point[axis]))));
+    for (int axis = 0; axis < 3; ++axis) {
+        // As the sum of two floats, where these round to one as doubles do.
+        float step = lightmesh.levels[level].step_float, origin = lightmesh.levels[level].origin_high[axis];
+        float index = float(light_point[axis]);
+        vec2 product = lightmesh_product(step, index);
+        precise float sum = origin + product.x;
+        precise float in_it = sum - origin;
+        precise float lost = (origin - (sum - in_it)) + (product.x - in_it);
+        precise float more =
+            lost + (product.y + (lightmesh.levels[level].step_low * index + lightmesh.levels[level].origin_low[axis]));
+        float size = abs(origin) + abs(product.x);
+        float error = size * 1.1368684e-13 + abs(more) * 2e-6;
+        precise float least = sum + (more - error);
+        precise float greatest = sum + (more + error);
+        bool is_clear = least == greatest && size > 1e-20 && size < 1e25;
+        position[axis] = is_clear ? least : lightmesh_exact_light_point(level, axis, light_point[axis]);
+    }
     return position;
 }
 
@@ -661,44 +813,38 @@ bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
            heights.x + heights.y + heights.z > p.lowest_height;
 }
 
-// Number of light points of the hemisphere, and of those that floods reach.
-ivec2 lightmesh_count_points(LightMeshPoint p) {
-    ivec2 counts = ivec2(0);
-    for (int z = 0; z < p.hemisphere.bricks.z; ++z)
-        for (int y = 0; y < p.hemisphere.bricks.y; ++y)
-            for (int x = 0; x < p.hemisphere.bricks.x; ++x) {
-                uvec2 mask = lightmesh_brick_mask(p.hemisphere, ivec3(x, y, z));
-                if ((mask.x | mask.y) == 0u)
-                    continue;
-                counts.x += lightmesh_bits_in(mask);
-                if (p.floods.count > 0)
-                    counts.y += lightmesh_bits_in(mask & lightmesh_reached_by_all(p.floods, p.hemisphere.first + ivec3(x, y, z)));
-            }
-    return counts;
-}
-
 // Whether the bricks around P are known to be uniform for each of these lights, and alike.
 bool lightmesh_bricks_agree(LightMeshPoint p, uint tile, uvec2 lights) {
     uvec2 all_lit = lights, any_lit = uvec2(0u);
     for (int z = 0; z < p.hemisphere.bricks.z; ++z)
         for (int y = 0; y < p.hemisphere.bricks.y; ++y)
-            for (int x = 0; x < p.hemisphere.bricks.x; ++x) {
-                uvec2 mask = lightmesh_brick_mask(p.hemisphere, ivec3(x, y, z));
-                if ((mask.x | mask.y) == 0u)
-                    continue;
-                uint brick = lightmesh_find_brick(p.level, p.hemisphere.first + ivec3(x, y, z));
-                uvec2 uniform_lights = uvec2(0u), lit = uvec2(0u);
-                if (brick != lightmesh_no_brick) {
-                    uint record = lightmesh_tile_record(brick, tile);
-                    uniform_lights = lightmesh_brick_pair(record + 2u);
-                    lit = lightmesh_brick_pair(record + 4u);
+            for (int x = 0; x < p.hemisphere.bricks.x; x += 3) {
+                LightMeshMasks masks = lightmesh_masks(p.hemisphere, ivec3(x, y, z));
+                for (int i = 0; i < 3; ++i) {
+                    if ((masks.of[i].x | masks.of[i].y) == 0u)
+                        continue;
+                    uint brick = lightmesh_find_brick(p.level, p.hemisphere.first + ivec3(x + i, y, z));
+                    uvec2 uniform_lights = uvec2(0u), lit = uvec2(0u);
+                    if (brick != lightmesh_no_brick) {
+                        uint record = lightmesh_tile_record(brick, tile);
+                        uniform_lights = lightmesh_bricks[record].zw;
+                        lit = lightmesh_bricks[record + 1u].xy;
+                    }
+                    if (any(notEqual(lights & ~uniform_lights, uvec2(0u))))
+                        return lights == uvec2(0u);
+                    all_lit &= lit;
+                    any_lit |= lit & lights;
                 }
-                if (any(notEqual(lights & ~uniform_lights, uvec2(0u))))
-                    return lights == uvec2(0u);
-                all_lit &= lit;
-                any_lit |= lit & lights;
             }
     return all_lit == any_lit;
+}
+
+// The same for all lights that reach P.
+bool lightmesh_is_uniform(LightMeshPoint p) {
+    for (uint t = 0u; t < lightmesh_tile_count(); ++t)
+        if (!lightmesh_bricks_agree(p, t, lightmesh_reaching(p.position, p.unit, t)))
+            return false;
+    return true;
 }
 
 #ifndef LIGHTMESH_NO_RAYS
@@ -706,24 +852,27 @@ bool lightmesh_bricks_agree(LightMeshPoint p, uint tile, uvec2 lights) {
 ivec3 lightmesh_point_at(LightMeshPoint p, int number) {
     for (int z = 0; z < p.hemisphere.bricks.z; ++z)
         for (int y = 0; y < p.hemisphere.bricks.y; ++y)
-            for (int x = 0; x < p.hemisphere.bricks.x; ++x) {
-                uvec2 mask = lightmesh_brick_mask(p.hemisphere, ivec3(x, y, z));
-                int size = lightmesh_bits_in(mask);
-                if (number >= size) {
-                    number -= size;
-                    continue;
+            for (int x = 0; x < p.hemisphere.bricks.x; x += 3) {
+                LightMeshMasks masks = lightmesh_masks(p.hemisphere, ivec3(x, y, z));
+                for (int i = 0; i < 3; ++i) {
+                    uvec2 mask = masks.of[i];
+                    int size = lightmesh_bits_in(mask);
+                    if (number >= size) {
+                        number -= size;
+                        continue;
+                    }
+                    int in_low = bitCount(mask.x);
+                    uint rest = number < in_low ? mask.x : mask.y;
+                    int bit = number < in_low ? 0 : 32;
+                    number -= number < in_low ? 0 : in_low;
+                    for (; number > 0; --number)
+                        rest &= rest - 1u;
+                    bit += findLSB(rest);
+                    int cell = bit >> 3;
+                    return 4 * (p.hemisphere.first + ivec3(x + i, y, z)) +
+                           ivec3(2 * (cell & 1) + (bit & 1), 2 * (cell >> 1 & 1) + (bit >> 1 & 1),
+                                 2 * (cell >> 2) + (bit >> 2 & 1));
                 }
-                int in_low = bitCount(mask.x);
-                uint rest = number < in_low ? mask.x : mask.y;
-                int bit = number < in_low ? 0 : 32;
-                number -= number < in_low ? 0 : in_low;
-                for (; number > 0; --number)
-                    rest &= rest - 1u;
-                bit += findLSB(rest);
-                int cell = bit >> 3;
-                return 4 * (p.hemisphere.first + ivec3(x, y, z)) +
-                       ivec3(2 * (cell & 1) + (bit & 1), 2 * (cell >> 1 & 1) + (bit >> 1 & 1),
-                             2 * (cell >> 2) + (bit >> 2 & 1));
             }
     return ivec3(0);
 }
@@ -732,90 +881,102 @@ bool lightmesh_is_reached(LightMeshPoint p, ivec3 light_point) {
     if (p.floods.count == 0)
         return false;
     uvec2 reached = lightmesh_reached_by_all(p.floods, light_point >> 2);
-    int bit = 8 * ((light_point.x >> 1 & 1) + 2 * (light_point.y >> 1 & 1) + 4 * (light_point.z >> 1 & 1)) + (light_point.x & 1) +
-              2 * (light_point.y & 1) + 4 * (light_point.z & 1);
-    return ((bit < 32 ? reached.x : reached.y) >> (bit & 31) & 1u) != 0u;
+    uint bit = lightmesh_bit_in_brick(light_point);
+    return ((bit < 32u ? reached.x : reached.y) >> (bit & 31u) & 1u) != 0u;
 }
 
-// Sets m, and the floods whose light points are averaged.
-void lightmesh_link(inout LightMeshPoint p, LightMeshGridPos grid_pos) {
-    bool is_uniform = true;
-    bool is_lit = false;
-    for (uint t = 0u; t < lightmesh_tile_count(); ++t) {
-        uvec2 reaching = lightmesh_reaching(p.position, p.unit, t);
-        is_lit = is_lit || reaching != uvec2(0u);
-        is_uniform = is_uniform && lightmesh_bricks_agree(p, t, reaching);
-        if (is_lit && !is_uniform)
-            break;
-    }
-    if (!is_lit)
+// Where seeds are sought along an axis, in front of P: the light point below, and 1024ths of a step beyond it.
+void lightmesh_place_in_front(LightMeshPoint p, int axis, int in_front, out int low, out int fraction) {
+    LightMeshCoordinate c = lightmesh_coordinate(p.level, axis, p.position[axis]);
+    float ahead = p.unit[axis] * uintBitsToFloat(uint(127 + in_front) << 23);
+    float base = floor(c.at.x), part = c.at.x - base;
+    precise float sum = part + ahead;
+    precise float in_it = sum - part;
+    precise float lost = (part - (sum - in_it)) + (ahead - in_it);
+    precise float more = lost + c.at.y;
+    float whole = floor(sum);
+    float error = 1024.0 * (c.error + abs(more) * 1.2e-7);
+    bool is_clear = lightmesh_floor_of_sum((sum - whole) * 1024.0, more * 1024.0, error, fraction);
+    low = int(base) + int(whole) + (fraction >> 10);
+    fraction &= 1023;
+    if (is_clear && abs(whole) < 16777000.0)
         return;
-    int size = -1;  // of the hemisphere; counted where it is needed
-    int linked = 0;
-    p.is_linked = true;
+    uvec2 at = lightmesh_double_multiply(
+        lightmesh_double_subtract(lightmesh_double_of(p.position[axis]), lightmesh.levels[p.level].origin[axis]),
+        lightmesh.levels[p.level].inverse_step);
+    LightMeshFixed exact = lightmesh_fixed(
+        lightmesh_double_add(at, lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), in_front)));
+    low = exact.whole;
+    bool rounds_to_one = exact.high == 0xffffffffu && exact.low >= 0xfffffc00u;
+    fraction = rounds_to_one ? 1024 : int(exact.high >> 22);
+}
 
-    // As `SeedCandidates`.
+// Before the first seed is sought; as `SeedCandidates`.
+void lightmesh_begin_seeds(inout LightMeshPoint p) {
     float largest = lightmesh_largest(p.position);
     int in_front = -7;
     for (int i = 0; i < 32 && largest >= lightmesh.levels[p.level].seed_bounds[i]; ++i)
         ++in_front;
-    ivec3 low, fraction;
     for (int axis = 0; axis < 3; ++axis) {
-        uvec2 ahead = lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), in_front);
-        LightMeshFixed at = lightmesh_fixed(lightmesh_double_add(grid_pos.at[axis], ahead));
-        low[axis] = at.whole;
-        bool rounds_to_one = at.high == 0xffffffffu && at.low >= 0xfffffc00u;
-        fraction[axis] = rounds_to_one ? 1024 : int(at.high >> 22);
+        int low, fraction;
+        lightmesh_place_in_front(p, axis, in_front, low, fraction);
+        p.low[axis] = low;
+        p.fraction[axis] = fraction;
     }
-    uint left = 255u;
-    int far_seeds = 0;
+    p.left = 255u;
+}
+
+// Takes the nearest of the light points in front of P that are left, even ones first.
+ivec3 lightmesh_take_near_seed(inout LightMeshPoint p) {
+    int best = 0, least = 0x7fffffff;
+    for (int corner = 0; corner < 8; ++corner) {
+        ivec3 to = ivec3(corner & 1, corner >> 1 & 1, corner >> 2);
+        ivec3 to_corner = 1024 * to - p.fraction;
+        ivec3 pos = p.low + to;
+        bool is_even = ((pos.x ^ pos.y ^ pos.z) & 1) == 0;
+        int rank = 8 * (to_corner.x * to_corner.x + to_corner.y * to_corner.y + to_corner.z * to_corner.z +
+                        (is_even ? 0 : 1 << 24)) + corner;
+        if ((p.left >> corner & 1u) != 0u && rank < least) {
+            least = rank;
+            best = corner;
+        }
+    }
+    p.left &= ~(1u << best);
+    return p.low + ivec3(best & 1, best >> 1 & 1, best >> 2);
+}
+
+const int lightmesh_found_flood = 0;  // of a seed that P sees and no other flood reaches; it was added
+const int lightmesh_no_flood = 1;     // P sees such a seed, but nobody looked what it reaches
+const int lightmesh_no_seed = 2;      // there is none left
+const int lightmesh_wants_size = 3;   // of the hemisphere, to find seeds far from P
+
+int lightmesh_seek_flood(inout LightMeshPoint p, out ivec3 seed) {
+    seed = ivec3(0);
     while (true) {
-        ivec3 seed;
-        if (left != 0u) {
-            int best = 0, least = 0x7fffffff;
-            for (int corner = 0; corner < 8; ++corner) {
-                ivec3 to = ivec3(corner & 1, corner >> 1 & 1, corner >> 2);
-                ivec3 to_corner = 1024 * to - fraction;
-                ivec3 pos = low + to;
-                bool is_even = ((pos.x ^ pos.y ^ pos.z) & 1) == 0;
-                int rank = 8 * (to_corner.x * to_corner.x + to_corner.y * to_corner.y + to_corner.z * to_corner.z + (is_even ? 0 : 1 << 24)) + corner;
-                if ((left >> corner & 1u) != 0u && rank < least) {
-                    least = rank;
-                    best = corner;
-                }
-            }
-            left &= ~(1u << best);
-            seed = low + ivec3(best & 1, best >> 1 & 1, best >> 2);
+        if (p.left != 0u) {
+            seed = lightmesh_take_near_seed(p);
             if (!lightmesh_in_hemisphere(p.hemisphere, seed))
                 continue;
         } else {
-            if (size < 0)
-                size = lightmesh_count_points(p).x;
-            if (far_seeds == 12 || 4 * linked >= size)
-                break;
-            seed = lightmesh_point_at(p, (2 * far_seeds + 1) * size / 24);
-            ++far_seeds;
+            if (p.size < 0)
+                return lightmesh_wants_size;
+            if (p.far_seeds == 12 || 4 * p.linked >= p.size)
+                return lightmesh_no_seed;
+            seed = lightmesh_point_at(p, (2 * p.far_seeds + 1) * p.size / 24);
+            ++p.far_seeds;
         }
         if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(p.level, seed)))
             continue;
-        if (is_uniform) {
-            p.uniform_brick = lightmesh_find_brick(p.level, seed >> 2);
-            p.m = 1;  // as good as all of them
-            return;
-        }
         uint flood = lightmesh_find_flood(p.level, seed);
-        if (flood == 0u) {
-            p.missing = lightmesh_not_filled;
-            return;
-        }
-        p.floods.at[p.floods.count++] = flood;
-        ivec2 counts = lightmesh_count_points(p);
-        size = counts.x;
-        linked = counts.y;
-        if (3 * linked >= 2 * size)
-            break;
+        if (flood == 0u)
+            return lightmesh_no_flood;
+        if (p.floods.count == 0)
+            p.floods.first = flood;
+        else
+            p.floods.others[p.floods.count - 1] = flood;
+        ++p.floods.count;
+        return lightmesh_found_flood;
     }
-    p.m = linked;
 }
 #endif
 
@@ -827,12 +988,18 @@ LightMeshPoint lightmesh_point_on(int level, vec3 P, vec3 n, float footprint) {
     p.footprint = footprint;
     p.level = level;
     p.missing = 0u;
-    p.m = 0;
     p.is_requested = false;
-    p.is_linked = false;
     p.uniform_brick = lightmesh_no_brick;
+    p.is_linked = lightmesh.short_test != 0u;
+    p.is_settled = !p.is_linked;
     p.floods.count = 0;
-    p.hemisphere = LightMeshHemisphere(ivec3(0), ivec3(0), ivec3(0), ivec3(0), 0);
+    p.floods.first = 0u;
+    p.low = p.fraction = ivec3(0);
+    p.left = 0u;
+    p.far_seeds = 0;
+    p.size = -1;
+    p.linked = 0;
+    p.hemisphere = LightMeshHemisphere(ivec3(0), ivec3(0), ivec3(0), ivec3(0), 0, 0.0);
     p.unit = vec3(0.0);
     p.end = P;
     if (!lightmesh_is_finite(P) || !lightmesh_is_finite(n)) {
@@ -844,8 +1011,7 @@ LightMeshPoint lightmesh_point_on(int level, vec3 P, vec3 n, float footprint) {
         lightmesh_largest(P) * 1.9073486328125e-6 + lightmesh.levels[level].step_float * 4.8828125e-4;
     precise vec3 end = P + offset * p.unit;
     p.end = end;
-    LightMeshGridPos grid_pos;
-    if (!lightmesh_find_hemisphere(p, grid_pos)) {
+    if (!lightmesh_find_hemisphere(p)) {
         p.missing = lightmesh_outside;
         return p;
     }
@@ -853,15 +1019,13 @@ LightMeshPoint lightmesh_point_on(int level, vec3 P, vec3 n, float footprint) {
         p.missing = lightmesh_not_served;
         return p;
     }
-    if (lightmesh.short_test == 0u) {
-        p.m = -1;
-        return p;
-    }
+    if (p.is_linked) {
 #ifdef LIGHTMESH_NO_RAYS
-    p.missing = lightmesh_no_ray;
+        p.missing = lightmesh_no_ray;
 #else
-    lightmesh_link(p, grid_pos);
+        lightmesh_begin_seeds(p);
 #endif
+    }
     return p;
 }
 
@@ -902,9 +1066,14 @@ uvec2 lightmesh_full_add(inout uvec2 sum, uvec2 a, uvec2 b) {
 
 // Adds 1 for each of a cell's light points in `points`, to the lights that it sees.
 void lightmesh_add_cell(inout LightMeshTile tile, uint cell, uint points) {
+    // Of light points that all see the same lights there are two, else eight.
+    uint at = ((cell >> 1) - 1u) >> 1, next = 1u - (cell & 1u);
     uvec2 w[8];
-    for (uint i = 0u; i < 8u; ++i)
-        w[i] = (points >> i & 1u) != 0u ? lightmesh_bits[cell + i] : uvec2(0u);
+    for (uint i = 0u; i < 4u; ++i) {
+        uvec4 two = lightmesh_bits[at + next * i];
+        w[2u * i] = (points >> (2u * i) & 1u) != 0u ? two.xy : uvec2(0u);
+        w[2u * i + 1u] = (points >> (2u * i + 1u) & 1u) != 0u ? two.zw : uvec2(0u);
+    }
     uvec2 a = lightmesh_full_add(tile.planes[0], w[0], w[1]);
     uvec2 b = lightmesh_full_add(tile.planes[0], w[2], w[3]);
     uvec2 c = lightmesh_full_add(tile.planes[0], w[4], w[5]);
@@ -944,8 +1113,9 @@ uvec2 lightmesh_lights_of(uint groups) {
 // The light's end of a shadow ray from `end`.
 vec3 lightmesh_light_end(int level, uint light, vec3 end) {
     float step = lightmesh.levels[level].step_float, reach = lightmesh.levels[level].reach;
-    vec3 at = lightmesh_light_vector(light);
-    if ((lightmesh_lights[light + 3u] & lightmesh_is_directional) != 0u) {
+    uvec4 first = lightmesh_lights[light];
+    vec3 at = uintBitsToFloat(first.xyz);
+    if ((first.w & lightmesh_is_directional) != 0u) {
         precise vec3 far = end + at * reach;
         return far;
     }
@@ -973,17 +1143,109 @@ bool lightmesh_sees_light(uint of_level, ivec3 brick, uint p, uint slot) {
     vec3 point = lightmesh_light_point(level, 4 * brick + in_brick);
     uint light = lightmesh_light(slot);
     vec3 end = lightmesh_light_end(level, light, point);
-    bool is_far = (lightmesh_lights[light + 3u] & lightmesh_is_directional) != 0u ||
-                  lightmesh_largest(lightmesh_light_vector(light)) > 16384.0 * lightmesh.levels[level].step_float;
+    uvec4 first = lightmesh_lights[light];
+    bool is_far = (first.w & lightmesh_is_directional) != 0u ||
+                  lightmesh_largest(uintBitsToFloat(first.xyz)) > 16384.0 * lightmesh.levels[level].step_float;
     return is_far ? lightmesh_is_open(point, end) : lightmesh_is_open(end, point);
 }
 #endif
 
+// What a pass over the hemisphere finds of a tile of lights.
+struct LightMeshPass {
+    int size;             // number of light points
+    int linked;           // of these that floods reach; all without the linked short test
+    uint missing_groups;  // eights of lights of which something is not known
+};
+
+// Adds what the light points of the hemisphere see of a tile's lights.
+LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uint groups, inout LightMeshTile tile) {
+    LightMeshPass pass = LightMeshPass(0, 0, 0u);
+    uvec2 pending = uvec2(0u);  // lights that `pending_count` light points of uniform cells see
+    uint pending_count = 0u;
+    for (int z = 0; z < p.hemisphere.bricks.z; ++z)
+        for (int y = 0; y < p.hemisphere.bricks.y; ++y)
+            for (int x = 0; x < p.hemisphere.bricks.x; x += 3) {
+                LightMeshMasks masks = lightmesh_masks(p.hemisphere, ivec3(x, y, z));
+                for (int i = 0; i < 3; ++i) {
+                    uvec2 mask = i == 0 ? masks.of[0] : i == 1 ? masks.of[1] : masks.of[2];
+                    pass.size += lightmesh_bits_in(mask);
+                    ivec3 coord = p.hemisphere.first + ivec3(x + i, y, z);
+                    if ((mask.x | mask.y) != 0u && p.is_linked)
+                        mask &= lightmesh_reached_by_all(p.floods, coord);
+                    if ((mask.x | mask.y) == 0u)
+                        continue;
+                    pass.linked += lightmesh_bits_in(mask);
+                    uint brick = lightmesh_find_brick(p.level, coord);
+                    if (brick == lightmesh_no_brick) {
+                        pass.missing_groups = groups;
+                        continue;
+                    }
+                    uint record = lightmesh_tile_record(brick, t);
+                    uvec2 cells = lightmesh_cells_in(mask);
+                    uvec2 unknown = cells & ~lightmesh_bricks[record].xy & uvec2(groups * 0x01010101u);
+                    uint folded = unknown.x | unknown.y;
+                    folded |= folded >> 16;
+                    pass.missing_groups |= (folded | folded >> 8) & 0xffu;
+                    uvec4 of_brick = lightmesh_bricks[record + 1u];
+                    uvec4 middle = lightmesh_bricks[record + 2u];
+                    uvec2 last = lightmesh_bricks[record + 3u].xy;
+                    uvec2 lit = of_brick.xy;
+                    // Cells that take words of their own.
+                    uvec2 own = uvec2((of_brick.z != 0u ? 0xffu : 0u) | (of_brick.w != 0u ? 0xff00u : 0u) |
+                                          (middle.x != 0u ? 0xff0000u : 0u) | (middle.y != 0u ? 0xff000000u : 0u),
+                                      (middle.z != 0u ? 0xffu : 0u) | (middle.w != 0u ? 0xff00u : 0u) |
+                                          (last.x != 0u ? 0xff0000u : 0u) | (last.y != 0u ? 0xff000000u : 0u));
+                    uint uniform_points = uint(lightmesh_bits_in(mask & ~own));
+                    uvec2 left = mask & own;
+                    while ((left.x | left.y) != 0u) {
+                        bool is_low = left.x != 0u;
+                        uint half_of = is_low ? left.x : left.y;
+                        uint cell = uint(findLSB(half_of)) >> 3;
+                        uint points = half_of >> (8u * cell) & 0xffu;
+                        half_of &= ~(0xffu << (8u * cell));
+                        left = is_low ? uvec2(half_of, left.y) : uvec2(0u, half_of);
+                        uint word = 6u + cell + (is_low ? 0u : 4u);
+                        lightmesh_add_cell(tile, lightmesh_bricks[record + (word >> 2)][word & 3u], points);
+                    }
+                    if (uniform_points == 0u)
+                        continue;
+                    if (lit != pending) {
+                        lightmesh_add(tile, pending, pending_count);
+                        pending = lit;
+                        pending_count = 0u;
+                    }
+                    pending_count += uniform_points;
+                }
+            }
+    lightmesh_add(tile, pending, pending_count);
+    return pass;
+}
+
+#ifndef LIGHTMESH_NO_RAYS
+// S where no light point tells: a ray to each light.
+void lightmesh_ask_rays(LightMeshPoint p, uint t, inout LightMeshTile tile) {
+    for (uint l = 0u; l < 64u; ++l) {
+        uint word = l < 32u ? tile.reaching.x : tile.reaching.y;
+        if ((word >> (l & 31u) & 1u) == 0u ||
+            !lightmesh_is_open(p.end, lightmesh_light_end(p.level, lightmesh_light(64u * t + l), p.end)))
+            continue;
+        if (l < 32u)
+            tile.planes[0].x |= 1u << l;
+        else
+            tile.planes[0].y |= 1u << (l - 32u);
+    }
+}
+#endif
+
+void lightmesh_clear(inout LightMeshTile tile) {
+    for (int k = 0; k < LIGHTMESH_PLANES; ++k)
+        tile.planes[k] = uvec2(0u);
+}
+
 // 64 lights at a point. Writes a request if something is missing that `fill` can find.
 LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
     LightMeshTile tile;
-    for (int k = 0; k < LIGHTMESH_PLANES; ++k)
-        tile.planes[k] = uvec2(0u);
+    lightmesh_clear(tile);
     tile.missing = uvec2(0u);
     tile.why = p.missing;
     tile.m = 1;
@@ -994,89 +1256,62 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
     tile.reaching = lightmesh_reaching(p.position, p.unit, t);
     if (tile.reaching == uvec2(0u))
         return tile;
+    uint groups = lightmesh_groups_of(tile.reaching);
+    LightMeshPass pass = LightMeshPass(0, 0, 0u);
+    // Until no more seeds are needed; for later tiles once.
+    while (p.missing == 0u && p.uniform_brick == lightmesh_no_brick && (!p.is_settled || p.size < 0 || p.linked > 0)) {
+        bool is_last = p.is_settled;
+#ifndef LIGHTMESH_NO_RAYS
+        if (!p.is_settled) {
+            ivec3 seed;
+            int sought = lightmesh_seek_flood(p, seed);
+            if (sought == lightmesh_no_flood) {
+                // Where all bricks say the same it does not matter which light points P sees.
+                if (lightmesh_is_uniform(p))
+                    p.uniform_brick = lightmesh_find_brick(p.level, seed >> 2);
+                else
+                    p.missing = lightmesh_not_filled;
+                break;
+            }
+            if (sought == lightmesh_no_seed) {
+                p.is_settled = true;
+                break;  // what was counted last counts
+            }
+        }
+#endif
+        lightmesh_clear(tile);
+        pass = lightmesh_count(p, t, groups, tile);
+        p.size = pass.size;
+        p.linked = pass.linked;
+        p.is_settled = is_last || (p.floods.count > 0 && 3 * p.linked >= 2 * p.size);
+        if (p.is_settled)
+            break;
+    }
     if (p.missing != 0u) {
+        lightmesh_clear(tile);
+        tile.why = p.missing;
         tile.missing = tile.reaching;
         if ((p.missing & lightmesh_not_filled) != 0u)
             lightmesh_request(p);
         return tile;
     }
     if (p.uniform_brick != lightmesh_no_brick) {
-        tile.planes[0] = lightmesh_brick_pair(lightmesh_tile_record(p.uniform_brick, t) + 4u);
+        lightmesh_clear(tile);
+        tile.planes[0] = lightmesh_bricks[lightmesh_tile_record(p.uniform_brick, t) + 1u].xy;
         return tile;
     }
-    int m = 0;
-    uint groups = lightmesh_groups_of(tile.reaching);
-    uint missing_groups = 0u;
-    uvec2 pending = uvec2(0u);
-    uint pending_count = 0u;
-    ivec3 bricks = p.m == 0 ? ivec3(0) : p.hemisphere.bricks;
-    for (int z = 0; z < bricks.z; ++z)
-        for (int y = 0; y < bricks.y; ++y)
-            for (int x = 0; x < bricks.x; ++x) {
-                ivec3 coord = p.hemisphere.first + ivec3(x, y, z);
-                uvec2 mask = lightmesh_brick_mask(p.hemisphere, ivec3(x, y, z));
-                if ((mask.x | mask.y) != 0u && p.is_linked)
-                    mask &= lightmesh_reached_by_all(p.floods, coord);
-                if ((mask.x | mask.y) == 0u)
-                    continue;
-                m += lightmesh_bits_in(mask);
-                uint brick = lightmesh_find_brick(p.level, coord);
-                if (brick == lightmesh_no_brick) {
-                    missing_groups = groups;
-                    continue;
-                }
-                uint record = lightmesh_tile_record(brick, t);
-                uvec2 unknown =
-                    lightmesh_cells_in(mask) & ~lightmesh_brick_pair(record) & uvec2(groups * 0x01010101u);
-                uint folded = unknown.x | unknown.y;
-                folded |= folded >> 16;
-                missing_groups |= (folded | folded >> 8) & 0xffu;
-                uvec2 lit = lightmesh_brick_pair(record + 4u);
-                uint uniform_points = 0u;
-                for (uint cell = 0u; cell < 8u; ++cell) {
-                    uint points = (cell < 4u ? mask.x : mask.y) >> (8u * (cell & 3u)) & 0xffu;
-                    if (points == 0u)
-                        continue;
-                    uint at = lightmesh_bricks[record + 6u + cell];
-                    if (at == 0u)
-                        uniform_points += uint(bitCount(points));
-                    else if ((at & 1u) != 0u)
-                        lightmesh_add(tile, lightmesh_bits[(at >> 1) - 1u], uint(bitCount(points)));
-                    else
-                        lightmesh_add_cell(tile, (at >> 1) - 1u, points);
-                }
-                if (uniform_points == 0u)
-                    continue;
-                if (lit != pending) {
-                    lightmesh_add(tile, pending, pending_count);
-                    pending = lit;
-                    pending_count = 0u;
-                }
-                pending_count += uniform_points;
-            }
-    p.m = m;
-    if (p.m == 0) {
+    if (p.linked == 0) {
 #ifdef LIGHTMESH_NO_RAYS
         tile.why = lightmesh_no_ray;
         tile.missing = tile.reaching;
 #else
-        for (uint l = 0u; l < 64u; ++l) {
-            uint word = l < 32u ? tile.reaching.x : tile.reaching.y;
-            if ((word >> (l & 31u) & 1u) == 0u ||
-                !lightmesh_is_open(p.end, lightmesh_light_end(p.level, lightmesh_light(64u * t + l), p.end)))
-                continue;
-            if (l < 32u)
-                tile.planes[0].x |= 1u << l;
-            else
-                tile.planes[0].y |= 1u << (l - 32u);
-        }
+        lightmesh_ask_rays(p, t, tile);
 #endif
         return tile;
     }
-    tile.m = m;
-    lightmesh_add(tile, pending, pending_count);
-    tile.missing = lightmesh_lights_of(missing_groups) & tile.reaching;
-    if (missing_groups != 0u) {
+    tile.m = p.linked;
+    tile.missing = lightmesh_lights_of(pass.missing_groups) & tile.reaching;
+    if (pass.missing_groups != 0u) {
         tile.why = lightmesh_not_filled;
         lightmesh_request(p);
     }
@@ -1101,6 +1336,39 @@ bool lightmesh_is_missing(LightMeshTile tile, uint l) {
 float lightmesh_visibility(LightMeshTile tile, uint l) {
     uint count = lightmesh_count_of(tile, l);
     return count == 0u ? 0.0 : lightmesh_quotient(float(count), float(tile.m));
+}
+
+#if LIGHTMESH_PLANES == 8
+// Of lights 4 four to 4 four + 3, 8 bits each.
+uint lightmesh_counts_of_four(LightMeshTile tile, uint four) {
+    uint shift = 4u * (four & 7u), counts = 0u;
+    uint reaching = (four < 8u ? tile.reaching.x : tile.reaching.y) >> shift;
+    for (int k = 0; k < 8; ++k) {
+        uint bits = (four < 8u ? tile.planes[k].x : tile.planes[k].y) >> shift & reaching & 15u;
+        counts |= (bits * 0x00204081u & 0x01010101u) << k;
+    }
+    return counts;
+}
+#endif
+
+// The same of lights 4 four to 4 four + 3.
+vec4 lightmesh_visibility_of_four(LightMeshTile tile, uint four) {
+#if LIGHTMESH_PLANES == 8
+    // 1 / m as the sum of two floats, of which the first has 16 bits: its product with a count is exact, and that of
+    // the second too small for its error to matter, as no quotient of such numbers is near to the middle of two floats.
+    float m = float(tile.m);
+    precise float high = uintBitsToFloat(floatBitsToUint(1.0 / m) & 0xffffff00u);
+    precise float rest = 1.0 - m * high;
+    precise float low = rest / m;
+    uint counts = lightmesh_counts_of_four(tile, four);
+    vec4 count = vec4(uvec4(counts & 0xffu, counts >> 8 & 0xffu, counts >> 16 & 0xffu, counts >> 24));
+    precise vec4 shares = count * high + count * low;
+    return shares;
+#else
+    uint l = 4u * four;
+    return vec4(lightmesh_visibility(tile, l), lightmesh_visibility(tile, l + 1u), lightmesh_visibility(tile, l + 2u),
+                lightmesh_visibility(tile, l + 3u));
+#endif
 }
 
 // ---- points with footprints
@@ -1170,6 +1438,16 @@ float lightmesh_visibility(LightMeshBlendTile tile, uint l) {
     if (!(tile.coarser_share > 0.0))
         return fine;
     return lightmesh_blended(fine, lightmesh_visibility(tile.coarse, l), tile.coarser_share);
+}
+
+vec4 lightmesh_visibility_of_four(LightMeshBlendTile tile, uint four) {
+    vec4 fine = lightmesh_visibility_of_four(tile.fine, four);
+    if (!(tile.coarser_share > 0.0))
+        return fine;
+    vec4 coarse = lightmesh_visibility_of_four(tile.coarse, four);
+    for (int l = 0; l < 4; ++l)
+        fine[l] = lightmesh_blended(fine[l], coarse[l], tile.coarser_share);
+    return fine;
 }
 
 #endif

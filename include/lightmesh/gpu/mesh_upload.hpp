@@ -104,7 +104,7 @@ private:
     static constexpr std::size_t tile_words = 16;
     static constexpr std::size_t seed_bounds = 32;
     static constexpr std::size_t header_words = 14;
-    static constexpr std::size_t level_words = 12 + seed_bounds;
+    static constexpr std::size_t level_words = 12 + seed_bounds + 10;
     static constexpr std::uint32_t cell_points = 8;
     static constexpr int region_bits = 27;                             ///< of their numbers; above: the level
     static constexpr std::size_t most_regions = std::size_t{1} << 25;  ///< words of more have no number
@@ -146,6 +146,18 @@ private:
         to.set(at + 11, static_cast<float>(grid.step() * Grid::max_index));
         for (std::size_t i = 0; i < seed_bounds; ++i)
             to.set(at + 12 + i, seed_bound(static_cast<int>(i) - 6, grid.step()));
+        const auto low_of = [](double value) {
+            return static_cast<float>(value - static_cast<double>(static_cast<float>(value)));
+        };
+        const std::size_t parts = at + 12 + seed_bounds;
+        to.set(parts, low_of(grid.step()));
+        to.set(parts + 1, static_cast<float>(1.0 / grid.step()));
+        to.set(parts + 2, low_of(1.0 / grid.step()));
+        for (int axis = 0; axis < 3; ++axis) {
+            const double origin = grid.origin()[axis];
+            to.set(parts + 3 + static_cast<std::size_t>(axis), static_cast<float>(origin));
+            to.set(parts + 6 + static_cast<std::size_t>(axis), low_of(origin));
+        }
     }
 
     void set_header(const detail::SnapshotReader& reader) {
@@ -326,15 +338,15 @@ private:
             set_cell(mesh, detail::CellIndex{tile != nullptr ? tile->cells[cell] : 0u}, record + 6 + cell);
     }
 
-    /// A cell takes nothing, one pair of words where its light points see the same lights, or one for each of
-    /// them: bit l of point p's is V(L_l, x_p).
+    /// A cell takes nothing, two equal pairs of words where its light points see the same lights, or one for
+    /// each of them: bit l of point p's is V(L_l, x_p).
     void set_cell(const detail::MeshView& mesh, detail::CellIndex from, std::size_t at) {
         std::array<std::uint64_t, cell_points> points{};
         std::uint32_t size = 0;
         if (from.is_words()) {
             const std::uint64_t* record = &mesh.words[from.index()];
             points.fill(record[0]);
-            size = record[1] == 0 ? 1 : cell_points;
+            size = record[1] == 0 ? 2 : cell_points;
             int rank = 0;
             for (std::uint64_t rest = record[1]; rest != 0; rest &= rest - 1, ++rank)
                 for (std::size_t p = 0; p < cell_points; ++p)
@@ -358,11 +370,14 @@ private:
         }
         for (std::uint32_t p = 0; p < size; ++p)
             words(bits).set(2 * (std::size_t{index} + p), points[p]);
-        words(bricks).set(at, size == 0 ? 0u : 2 * (index + 1) + (size == 1 ? 1u : 0u));
+        words(bricks).set(at, size == 0 ? 0u : 2 * (index + 1) + (size == 2 ? 1u : 0u));
     }
 
+    /// Shaders read two pairs at a time: all that the pool gives begins at an even one.
+    static std::uint32_t even(std::uint32_t size) { return (size + 1) / 2 * 2; }
+
     static std::uint32_t size_of_cell(std::uint32_t cell) {
-        return cell == 0 ? 0u : (cell & 1) != 0 ? 1u : cell_points;
+        return cell == 0 ? 0u : (cell & 1) != 0 ? 2u : cell_points;
     }
 
     // ---- floods: {first brick of the box, 0}, {full, partial} for each 32 bricks of it, for each of these
@@ -390,8 +405,8 @@ private:
             const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
             floods[bit] = set_flood(brick, static_cast<int>(bit), found[bit], floods[bit]);
         }
-        const auto old_size = static_cast<std::uint32_t>((std::popcount(had) + 1) / 2);
-        const auto size = static_cast<std::uint32_t>((std::popcount(seeds) + 1) / 2);
+        const auto old_size = even(static_cast<std::uint32_t>((std::popcount(had) + 1) / 2));
+        const auto size = even(static_cast<std::uint32_t>((std::popcount(seeds) + 1) / 2));
         std::uint32_t table = words(bricks)[record];
         if (size != old_size) {
             if (old_size != 0)
@@ -427,12 +442,12 @@ private:
     /// one.
     std::uint32_t set_flood(const detail::Brick& brick, int seed_bit, const std::uint64_t* from,
                             std::uint32_t old) {
-        const std::uint32_t old_size = old != 0 ? flood_size(old - 1) : 0;
+        const std::uint32_t old_size = old != 0 ? even(flood_size(old - 1)) : 0;
         std::uint32_t size = 0;
         const std::size_t full_words = detail::FloodView::bit_words(flood_slots_);
         if (from != nullptr)
-            size = flood_head() + static_cast<std::uint32_t>(detail::FloodView(from).size(flood_slots_) - 1 -
-                                                             2 * full_words);
+            size = even(flood_head() + static_cast<std::uint32_t>(detail::FloodView(from).size(flood_slots_) -
+                                                                  1 - 2 * full_words));
         if (size != old_size) {
             if (old_size != 0)
                 pool_.give_back(old - 1, old_size);
