@@ -1,9 +1,11 @@
 #version 450
 // SPDX-License-Identifier: MIT
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // S of all lights at many points, for mesh_queries.cpp; with FOOTPRINTS by those.
 layout(local_size_x = 64) in;
 
+#define LIGHTMESH_DONT_UNROLL [[dont_unroll]]
 #include <lightmesh/gpu/lightmesh.glsl>
 #include "host_rays.glsl"
 
@@ -26,14 +28,17 @@ void main() {
         uint size = lightmesh_tile_size(t);
         for (uint four = 0u; 4u * four < size; ++four) {
             vec4 lit = lightmesh_visibility_of_four(tile, four);
-            for (uint i_of_four = 0u; i_of_four < 4u; ++i_of_four) {
-                uint l = 4u * four + i_of_four;
-                if (lightmesh_is_missing(tile, l))
-                    lit[i_of_four] = uintBitsToFloat(0x7fc00000u);
-                if (l < size && kind != kind_sums)
-                    values[i * lightmesh.light_count + lightmesh_light_at(t, l)] = lit[i_of_four];
-                else if (l < size)
-                    sum += lit[i_of_four];
+            for (uint k = 0u; k < 4u && 4u * four + k < size; ++k) {
+                uint l = 4u * four + k;
+                float of_light = lightmesh_is_missing(tile, l) ? uintBitsToFloat(0x7fc00000u) : lit[k];
+                if (kind == kind_sums) {
+                    sum += of_light;
+                    continue;
+                }
+                // Both ways to ask are held against the CPU.
+                if ((four & 1u) != 0u && !lightmesh_is_missing(tile, l))
+                    of_light = lightmesh_visibility(tile, l);
+                values[i * lightmesh.light_count + lightmesh_light_at(t, l)] = of_light;
             }
         }
     }

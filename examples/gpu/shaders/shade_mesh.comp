@@ -5,6 +5,7 @@
 // waits until it does.
 
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #define BVH_OPEN
 #include "scene.glsl"
 #include "bvh.glsl"
@@ -13,6 +14,7 @@
 
 #define LIGHTMESH_SET 1
 #define LIGHTMESH_BINDING 0
+#define LIGHTMESH_DONT_UNROLL [[dont_unroll]]
 #include <lightmesh/gpu/lightmesh.glsl>
 
 layout(local_size_x = 64) in;
@@ -45,13 +47,16 @@ void main() {
                 return;
             this_round.is_failed = 1u;
         }
-        for (uint l = 0u; l < lightmesh_tile_size(t); ++l) {
-            float lit = lightmesh_visibility(tile, l);
-            if (lit == 0.0)
-                continue;
-            Illumination found = illuminate(read_light(lightmesh_light_at(t, l)), point.position);
-            sum += lit * found.irradiance *
-                   reflected_share(material, surface, point.shading_normal, point.ray_direction, found.to_light);
+        uint size = lightmesh_tile_size(t);
+        for (uint four = 0u; 4u * four < size; ++four) {
+            vec4 lit = lightmesh_visibility_of_four(tile, four);
+            for (uint k = 0u; k < 4u; ++k) {
+                if (lit[k] == 0.0)
+                    continue;
+                Illumination found = illuminate(read_light(lightmesh_light_at(t, 4u * four + k)), point.position);
+                sum += lit[k] * found.irradiance *
+                       reflected_share(material, surface, point.shading_normal, point.ray_direction, found.to_light);
+            }
         }
     }
     colours[pixel].rgb += point.weight * sum;

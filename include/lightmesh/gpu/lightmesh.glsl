@@ -32,6 +32,8 @@
 //     LIGHTMESH_SET, LIGHTMESH_BINDING   where the buffers are bound; 0 and 0
 //     LIGHTMESH_MAX_QUALITY              the greatest q that the shader serves; 16. With 4 it is faster
 //     LIGHTMESH_NO_RAYS                  there is no lightmesh_is_open: what needs a ray is missing
+//     LIGHTMESH_DONT_UNROLL              [[dont_unroll]], where the shader has enabled GL_EXT_control_flow_attributes:
+//                                        what is seldom run then takes less of the instruction cache
 //
 // GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to
 // storage buffers. Sums and products must round to nearest, as they do on all GPUs; what the CPU does in
@@ -47,6 +49,10 @@
 #endif
 #ifndef LIGHTMESH_MAX_QUALITY
 #define LIGHTMESH_MAX_QUALITY 16
+#endif
+
+#ifndef LIGHTMESH_DONT_UNROLL
+#define LIGHTMESH_DONT_UNROLL
 #endif
 
 // Bits of a count of light points in a hemisphere.
@@ -171,6 +177,11 @@ vec3 lightmesh_unit(vec3 v) {
     float inverse = lightmesh_quotient(1.0, lightmesh_root(lightmesh_length_squared(scaled)));
     precise vec3 unit = scaled * inverse;
     return unit;
+}
+
+uint lightmesh_component(uvec4 v, uint i) {
+    uvec2 two = (i & 2u) == 0u ? v.xy : v.zw;
+    return (i & 1u) == 0u ? two.x : two.y;
 }
 
 bool lightmesh_is_finite(vec3 v) {
@@ -301,7 +312,7 @@ const uint lightmesh_has_odd_range = 32u;  // floats can't tell
 // The sum of the products of the components, each rounded as doubles are.
 uvec2 lightmesh_dot(vec3 a, vec3 b) {
     uvec2 sum = uvec2(0u);
-    for (int axis = 0; axis < 3; ++axis)
+    LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
         sum = lightmesh_double_add(
             sum, lightmesh_double_multiply(lightmesh_double_of(a[axis]), lightmesh_double_of(b[axis])));
     return sum;
@@ -320,7 +331,7 @@ LightMeshCone lightmesh_cone_of(uint light) {
 // Whether a light's cone holds the offset from the light to a point; exact.
 bool lightmesh_cone_holds(LightMeshCone cone, vec3 offset, bool is_wide) {
     uvec2 along = uvec2(0u), across = uvec2(0u);
-    for (int i = 0; i < 3; ++i) {
+    LIGHTMESH_DONT_UNROLL for (int i = 0; i < 3; ++i) {
         int j = i == 2 ? 0 : i + 1, k = i == 0 ? 2 : i - 1;
         uvec2 offset_j = lightmesh_double_of(offset[j]), offset_k = lightmesh_double_of(offset[k]);
         uvec2 component = lightmesh_double_subtract(lightmesh_double_multiply(cone.axis[j], offset_k),
@@ -357,17 +368,22 @@ bool lightmesh_in_cone(uint light, vec3 offset, bool is_wide) {
 bool lightmesh_reaches(uint light, uint kind, vec3 at, vec3 offset, vec3 P, vec3 n, bool is_clear) {
     if ((kind & lightmesh_reaches_nothing) != 0u)
         return false;
-    if (!is_clear && lightmesh_double_is_negative(lightmesh_dot(n, offset)))
-        return false;
-    if ((kind & lightmesh_has_range) != 0u) {
-        uvec4 range = lightmesh_lights[light + 1u];
-        float distance = dot(offset, offset);
-        float range_squared = uintBitsToFloat(range.z);
+    bool is_in_range = (kind & lightmesh_has_range) == 0u;
+    uvec2 range = uvec2(0u);
+    if (!is_in_range) {
+        uvec4 squared = lightmesh_lights[light + 1u];
+        range = squared.xy;
+        float distance = dot(offset, offset), of_range = uintBitsToFloat(squared.z);
         bool is_told = (kind & lightmesh_has_odd_range) == 0u;
-        if (is_told && distance > 1.00001 * range_squared)
+        if (is_told && distance > 1.00001 * of_range)
             return false;
-        if (!(is_told && distance < 0.99999 * range_squared) &&
-            lightmesh_double_less(range.xy, lightmesh_dot(offset, offset)))
+        is_in_range = is_told && distance < 0.99999 * of_range;
+    }
+    // What floats can't tell: the sign of n . offset, then whether offset . offset is greater than the range.
+    int last = is_in_range ? 1 : 2;
+    LIGHTMESH_DONT_UNROLL for (int what = is_clear ? 1 : 0; what < last; ++what) {
+        uvec2 exact = lightmesh_dot(what == 0 ? n : offset, offset);
+        if (what == 0 ? lightmesh_double_is_negative(exact) : lightmesh_double_less(range, exact))
             return false;
     }
     if ((kind & lightmesh_has_cone) != 0u) {
@@ -503,6 +519,12 @@ struct LightMeshMasks {
 
 LightMeshMasks lightmesh_masks(LightMeshHemisphere p, ivec3 brick) {
     LightMeshMasks masks = LightMeshMasks(uvec2[3](uvec2(0u), uvec2(0u), uvec2(0u)));
+    // Of y and z the ends; of x what the radius allows.
+    ivec2 low = (4 * brick.yz << int(lightmesh.fraction_bits)) - p.position.yz;
+    ivec2 height = max(low * p.slope.yz, (low + (3 << lightmesh.fraction_bits)) * p.slope.yz);
+    int radius = int(ceil(lightmesh.quality)) << lightmesh.fraction_bits;
+    if (height.x + height.y + radius * abs(p.slope.x) <= p.lowest_height)
+        return masks;
     for (int z = 0; z < 4; ++z) {
         int dz = ((4 * brick.z + z) << lightmesh.fraction_bits) - p.position.z;
         int square_z = lightmesh.radius_squared - dz * dz;
@@ -636,17 +658,26 @@ bool lightmesh_exact_reach(int level, int axis, float position, out LightMeshRea
 
 // Fills in the hemisphere; false if P lies outside of the grid.
 bool lightmesh_find_hemisphere(inout LightMeshPoint p) {
-    for (int axis = 0; axis < 3; ++axis) {
-        LightMeshReach reach;
-        if (!lightmesh_reach(p.level, axis, p.position[axis], reach) &&
-            !lightmesh_exact_reach(p.level, axis, p.position[axis], reach))
+    LightMeshReach x, y, z;
+    bool is_clear = lightmesh_reach(p.level, 0, p.position.x, x);
+    is_clear = lightmesh_reach(p.level, 1, p.position.y, y) && is_clear;
+    is_clear = lightmesh_reach(p.level, 2, p.position.z, z) && is_clear;
+    if (!is_clear) {
+        LightMeshReach exact[3];
+        bool is_inside = true;
+        LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
+            is_inside = lightmesh_exact_reach(p.level, axis, p.position[axis], exact[axis]) && is_inside;
+        if (!is_inside)
             return false;
-        p.hemisphere.first[axis] = reach.first;
-        p.hemisphere.bricks[axis] = reach.last - reach.first + 1;
-        p.hemisphere.position[axis] = reach.position;
-        float slope = p.unit[axis] * 32768.0, below = floor(slope);
-        p.hemisphere.slope[axis] = int(below) + (slope - below >= 0.5 ? 1 : 0);
+        x = exact[0];
+        y = exact[1];
+        z = exact[2];
     }
+    p.hemisphere.first = ivec3(x.first, y.first, z.first);
+    p.hemisphere.bricks = ivec3(x.last, y.last, z.last) - p.hemisphere.first + 1;
+    p.hemisphere.position = ivec3(x.position, y.position, z.position);
+    vec3 slope = p.unit * 32768.0, below = floor(slope);
+    p.hemisphere.slope = ivec3(below) + ivec3(greaterThanEqual(slope - below, vec3(0.5)));
     p.hemisphere.lowest_height = lightmesh_lowest_height(p.level, lightmesh_largest(p.position));
     float per_step = uintBitsToFloat((127u - lightmesh.fraction_bits) << 23);
     p.hemisphere.inverse_slope = per_step / float(p.hemisphere.slope.x);
@@ -655,26 +686,35 @@ bool lightmesh_find_hemisphere(inout LightMeshPoint p) {
 
 // ---- bricks
 
-// Where the record of a level's brick stands; lightmesh_no_brick if it is not there.
-uint lightmesh_find_brick(int level, ivec3 coord) {
-    ivec3 region = coord >> 2;
+// Where the directory's words of a region of 4 x 4 x 4 bricks of a level begin; 0 if there is none.
+uint lightmesh_find_region(int level, ivec3 region) {
     uvec3 r = uvec3(region);
     uint hash = r.x * 0x9e3779b1u ^ r.y * 0x85ebca77u ^ r.z * 0xc2b2ae3du ^ uint(level) * 0x27d4eb2fu;
     hash ^= hash >> 15;
     for (uint slot = hash & lightmesh.slot_mask;; slot = (slot + 1u) & lightmesh.slot_mask) {
         uvec4 named = lightmesh_directory[slot];
         if (named.w == 0u)
-            return lightmesh_no_brick;
-        if (ivec3(named.xyz) != region || named.w >> 27 != uint(level))
-            continue;
-        uint in_region = uint((coord.x & 3) + 4 * (coord.y & 3) + 16 * (coord.z & 3));
-        uint word = lightmesh.first_region + 64u * ((named.w & 0x07ffffffu) - 1u) + in_region;
-        uint brick = lightmesh_directory[word >> 2][word & 3u];
-        return brick == 0u ? lightmesh_no_brick : (brick - 1u) * (lightmesh.brick_words >> 2);
+            return 0u;
+        if (ivec3(named.xyz) == region && named.w >> 27 == uint(level))
+            return lightmesh.first_region + 64u * ((named.w & 0x07ffffffu) - 1u);
     }
 }
 
-// Of a tile of lights: {known cells, uniform lights}, {lit of those, two cells}, {four cells}, {two cells}.
+// Where the record of a brick stands, given its region; lightmesh_no_brick if it is not there.
+uint lightmesh_brick_of(uint region, ivec3 coord) {
+    if (region == 0u)
+        return lightmesh_no_brick;
+    ivec3 at = coord & 3;
+    uint brick = lightmesh_component(lightmesh_directory[(region >> 2) + uint(at.y + 4 * at.z)], uint(at.x));
+    return brick == 0u ? lightmesh_no_brick : (brick - 1u) * (lightmesh.brick_words >> 2);
+}
+
+uint lightmesh_find_brick(int level, ivec3 coord) {
+    return lightmesh_brick_of(lightmesh_find_region(level, coord >> 2), coord);
+}
+
+// Of a tile of lights: {known cells, uniform lights}, {lit of those, 8 bits for each cell that has words of its own},
+// {words of four cells}, {of the others}.
 uint lightmesh_tile_record(uint brick, uint tile) {
     return brick + 1u + 4u * tile;
 }
@@ -778,32 +818,38 @@ void lightmesh_request(inout LightMeshPoint p) {
 
 // ---- the linked short test
 
-float lightmesh_exact_light_point(int level, int axis, int index) {
-    return lightmesh_double_to_float(lightmesh_double_add(
-        lightmesh.levels[level].origin[axis],
-        lightmesh_double_multiply(lightmesh.levels[level].step, lightmesh_double_of(index))));
+// The nearest float to a coordinate of a light point, which is computed in double. By floats; false where they can't
+// tell.
+bool lightmesh_light_coordinate(int level, int axis, int light_point, out float coordinate) {
+    float step = lightmesh.levels[level].step_float, origin = lightmesh.levels[level].origin_high[axis];
+    float index = float(light_point);
+    vec2 product = lightmesh_product(step, index);
+    precise float sum = origin + product.x;
+    precise float in_it = sum - origin;
+    precise float lost = (origin - (sum - in_it)) + (product.x - in_it);
+    precise float more =
+        lost + (product.y + (lightmesh.levels[level].step_low * index + lightmesh.levels[level].origin_low[axis]));
+    float size = abs(origin) + abs(product.x);
+    float error = size * 1.1368684e-13 + abs(more) * 2e-6;
+    precise float least = sum + (more - error);
+    precise float greatest = sum + (more + error);
+    coordinate = least;
+    return least == greatest && size > 1e-20 && size < 1e25;
 }
 
 vec3 lightmesh_light_point(int level, ivec3 light_point) {
-    vec3 position;
-    for (int axis = 0; axis < 3; ++axis) {
-        // As the sum of two floats, where these round to one as doubles do.
-        float step = lightmesh.levels[level].step_float, origin = lightmesh.levels[level].origin_high[axis];
-        float index = float(light_point[axis]);
-        vec2 product = lightmesh_product(step, index);
-        precise float sum = origin + product.x;
-        precise float in_it = sum - origin;
-        precise float lost = (origin - (sum - in_it)) + (product.x - in_it);
-        precise float more =
-            lost + (product.y + (lightmesh.levels[level].step_low * index + lightmesh.levels[level].origin_low[axis]));
-        float size = abs(origin) + abs(product.x);
-        float error = size * 1.1368684e-13 + abs(more) * 2e-6;
-        precise float least = sum + (more - error);
-        precise float greatest = sum + (more + error);
-        bool is_clear = least == greatest && size > 1e-20 && size < 1e25;
-        position[axis] = is_clear ? least : lightmesh_exact_light_point(level, axis, light_point[axis]);
-    }
-    return position;
+    float x, y, z;
+    bool is_clear = lightmesh_light_coordinate(level, 0, light_point.x, x);
+    is_clear = lightmesh_light_coordinate(level, 1, light_point.y, y) && is_clear;
+    is_clear = lightmesh_light_coordinate(level, 2, light_point.z, z) && is_clear;
+    if (is_clear)
+        return vec3(x, y, z);
+    vec3 exact;
+    LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
+        exact[axis] = lightmesh_double_to_float(lightmesh_double_add(
+            lightmesh.levels[level].origin[axis],
+            lightmesh_double_multiply(lightmesh.levels[level].step, lightmesh_double_of(light_point[axis]))));
+    return exact;
 }
 
 bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
@@ -811,40 +857,6 @@ bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
     ivec3 squares = d * d, heights = d * p.slope;
     return squares.x + squares.y + squares.z < lightmesh.radius_squared &&
            heights.x + heights.y + heights.z > p.lowest_height;
-}
-
-// Whether the bricks around P are known to be uniform for each of these lights, and alike.
-bool lightmesh_bricks_agree(LightMeshPoint p, uint tile, uvec2 lights) {
-    uvec2 all_lit = lights, any_lit = uvec2(0u);
-    for (int z = 0; z < p.hemisphere.bricks.z; ++z)
-        for (int y = 0; y < p.hemisphere.bricks.y; ++y)
-            for (int x = 0; x < p.hemisphere.bricks.x; x += 3) {
-                LightMeshMasks masks = lightmesh_masks(p.hemisphere, ivec3(x, y, z));
-                for (int i = 0; i < 3; ++i) {
-                    if ((masks.of[i].x | masks.of[i].y) == 0u)
-                        continue;
-                    uint brick = lightmesh_find_brick(p.level, p.hemisphere.first + ivec3(x + i, y, z));
-                    uvec2 uniform_lights = uvec2(0u), lit = uvec2(0u);
-                    if (brick != lightmesh_no_brick) {
-                        uint record = lightmesh_tile_record(brick, tile);
-                        uniform_lights = lightmesh_bricks[record].zw;
-                        lit = lightmesh_bricks[record + 1u].xy;
-                    }
-                    if (any(notEqual(lights & ~uniform_lights, uvec2(0u))))
-                        return lights == uvec2(0u);
-                    all_lit &= lit;
-                    any_lit |= lit & lights;
-                }
-            }
-    return all_lit == any_lit;
-}
-
-// The same for all lights that reach P.
-bool lightmesh_is_uniform(LightMeshPoint p) {
-    for (uint t = 0u; t < lightmesh_tile_count(); ++t)
-        if (!lightmesh_bricks_agree(p, t, lightmesh_reaching(p.position, p.unit, t)))
-            return false;
-    return true;
 }
 
 #ifndef LIGHTMESH_NO_RAYS
@@ -886,9 +898,14 @@ bool lightmesh_is_reached(LightMeshPoint p, ivec3 light_point) {
 }
 
 // Where seeds are sought along an axis, in front of P: the light point below, and 1024ths of a step beyond it.
-void lightmesh_place_in_front(LightMeshPoint p, int axis, int in_front, out int low, out int fraction) {
-    LightMeshCoordinate c = lightmesh_coordinate(p.level, axis, p.position[axis]);
-    float ahead = p.unit[axis] * uintBitsToFloat(uint(127 + in_front) << 23);
+struct LightMeshInFront {
+    int low;
+    int fraction;
+};
+
+// By floats; false where they can't tell.
+bool lightmesh_in_front(int level, int axis, float position, float ahead, out LightMeshInFront place) {
+    LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
     float base = floor(c.at.x), part = c.at.x - base;
     precise float sum = part + ahead;
     precise float in_it = sum - part;
@@ -896,19 +913,21 @@ void lightmesh_place_in_front(LightMeshPoint p, int axis, int in_front, out int 
     precise float more = lost + c.at.y;
     float whole = floor(sum);
     float error = 1024.0 * (c.error + abs(more) * 1.2e-7);
+    int fraction;
     bool is_clear = lightmesh_floor_of_sum((sum - whole) * 1024.0, more * 1024.0, error, fraction);
-    low = int(base) + int(whole) + (fraction >> 10);
-    fraction &= 1023;
-    if (is_clear && abs(whole) < 16777000.0)
-        return;
+    place.low = int(base) + int(whole) + (fraction >> 10);
+    place.fraction = fraction & 1023;
+    return is_clear && abs(whole) < 16777000.0;
+}
+
+LightMeshInFront lightmesh_exactly_in_front(int level, int axis, float position, float unit, int in_front) {
     uvec2 at = lightmesh_double_multiply(
-        lightmesh_double_subtract(lightmesh_double_of(p.position[axis]), lightmesh.levels[p.level].origin[axis]),
-        lightmesh.levels[p.level].inverse_step);
-    LightMeshFixed exact = lightmesh_fixed(
-        lightmesh_double_add(at, lightmesh_double_scale(lightmesh_double_of(p.unit[axis]), in_front)));
-    low = exact.whole;
+        lightmesh_double_subtract(lightmesh_double_of(position), lightmesh.levels[level].origin[axis]),
+        lightmesh.levels[level].inverse_step);
+    LightMeshFixed exact =
+        lightmesh_fixed(lightmesh_double_add(at, lightmesh_double_scale(lightmesh_double_of(unit), in_front)));
     bool rounds_to_one = exact.high == 0xffffffffu && exact.low >= 0xfffffc00u;
-    fraction = rounds_to_one ? 1024 : int(exact.high >> 22);
+    return LightMeshInFront(exact.whole, rounds_to_one ? 1024 : int(exact.high >> 22));
 }
 
 // Before the first seed is sought; as `SeedCandidates`.
@@ -917,12 +936,21 @@ void lightmesh_begin_seeds(inout LightMeshPoint p) {
     int in_front = -7;
     for (int i = 0; i < 32 && largest >= lightmesh.levels[p.level].seed_bounds[i]; ++i)
         ++in_front;
-    for (int axis = 0; axis < 3; ++axis) {
-        int low, fraction;
-        lightmesh_place_in_front(p, axis, in_front, low, fraction);
-        p.low[axis] = low;
-        p.fraction[axis] = fraction;
+    vec3 ahead = p.unit * uintBitsToFloat(uint(127 + in_front) << 23);
+    LightMeshInFront x, y, z;
+    bool is_clear = lightmesh_in_front(p.level, 0, p.position.x, ahead.x, x);
+    is_clear = lightmesh_in_front(p.level, 1, p.position.y, ahead.y, y) && is_clear;
+    is_clear = lightmesh_in_front(p.level, 2, p.position.z, ahead.z, z) && is_clear;
+    if (!is_clear) {
+        LightMeshInFront exact[3];
+        LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
+            exact[axis] = lightmesh_exactly_in_front(p.level, axis, p.position[axis], p.unit[axis], in_front);
+        x = exact[0];
+        y = exact[1];
+        z = exact[2];
     }
+    p.low = ivec3(x.low, y.low, z.low);
+    p.fraction = ivec3(x.fraction, y.fraction, z.fraction);
     p.left = 255u;
 }
 
@@ -1155,57 +1183,68 @@ struct LightMeshPass {
     int size;             // number of light points
     int linked;           // of these that floods reach; all without the linked short test
     uint missing_groups;  // eights of lights of which something is not known
+    bool agrees;          // whether all bricks are known to be uniform for each of the lights, and alike
 };
 
-// Adds what the light points of the hemisphere see of a tile's lights.
-LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uint groups, inout LightMeshTile tile) {
-    LightMeshPass pass = LightMeshPass(0, 0, 0u);
+// Adds what the light points of the hemisphere see of a tile's lights. `only_agrees`: only tells whether bricks agree.
+LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uvec2 lights, bool only_agrees, inout LightMeshTile tile) {
+    LightMeshPass pass = LightMeshPass(0, 0, 0u, true);
+    uint groups = lightmesh_groups_of(lights);
+    uvec2 all_lit = lights, any_lit = uvec2(0u);
     uvec2 pending = uvec2(0u);  // lights that `pending_count` light points of uniform cells see
     uint pending_count = 0u;
+    ivec3 region_at = ivec3(0x7fffffff);
+    uint region = 0u;
     for (int z = 0; z < p.hemisphere.bricks.z; ++z)
         for (int y = 0; y < p.hemisphere.bricks.y; ++y)
             for (int x = 0; x < p.hemisphere.bricks.x; x += 3) {
                 LightMeshMasks masks = lightmesh_masks(p.hemisphere, ivec3(x, y, z));
                 for (int i = 0; i < 3; ++i) {
                     uvec2 mask = i == 0 ? masks.of[0] : i == 1 ? masks.of[1] : masks.of[2];
-                    pass.size += lightmesh_bits_in(mask);
-                    ivec3 coord = p.hemisphere.first + ivec3(x + i, y, z);
-                    if ((mask.x | mask.y) != 0u && p.is_linked)
-                        mask &= lightmesh_reached_by_all(p.floods, coord);
                     if ((mask.x | mask.y) == 0u)
                         continue;
+                    pass.size += lightmesh_bits_in(mask);
+                    ivec3 coord = p.hemisphere.first + ivec3(x + i, y, z);
+                    if (p.is_linked && !only_agrees) {
+                        mask &= lightmesh_reached_by_all(p.floods, coord);
+                        if ((mask.x | mask.y) == 0u)
+                            continue;
+                    }
                     pass.linked += lightmesh_bits_in(mask);
-                    uint brick = lightmesh_find_brick(p.level, coord);
+                    if (region_at != coord >> 2) {
+                        region_at = coord >> 2;
+                        region = lightmesh_find_region(p.level, region_at);
+                    }
+                    uint brick = lightmesh_brick_of(region, coord);
                     if (brick == lightmesh_no_brick) {
                         pass.missing_groups = groups;
+                        pass.agrees = pass.agrees && groups == 0u;
                         continue;
                     }
                     uint record = lightmesh_tile_record(brick, t);
-                    uvec2 cells = lightmesh_cells_in(mask);
-                    uvec2 unknown = cells & ~lightmesh_bricks[record].xy & uvec2(groups * 0x01010101u);
+                    uvec4 known = lightmesh_bricks[record], of_cells = lightmesh_bricks[record + 1u];
+                    uvec2 lit = of_cells.xy;
+                    if (only_agrees) {
+                        pass.agrees = pass.agrees && ((lights.x & ~known.z) | (lights.y & ~known.w)) == 0u;
+                        all_lit &= lit;
+                        any_lit |= lit & lights;
+                        continue;
+                    }
+                    uvec2 unknown = lightmesh_cells_in(mask) & ~known.xy & uvec2(groups * 0x01010101u);
                     uint folded = unknown.x | unknown.y;
                     folded |= folded >> 16;
                     pass.missing_groups |= (folded | folded >> 8) & 0xffu;
-                    uvec4 of_brick = lightmesh_bricks[record + 1u];
-                    uvec4 middle = lightmesh_bricks[record + 2u];
-                    uvec2 last = lightmesh_bricks[record + 3u].xy;
-                    uvec2 lit = of_brick.xy;
-                    // Cells that take words of their own.
-                    uvec2 own = uvec2((of_brick.z != 0u ? 0xffu : 0u) | (of_brick.w != 0u ? 0xff00u : 0u) |
-                                          (middle.x != 0u ? 0xff0000u : 0u) | (middle.y != 0u ? 0xff000000u : 0u),
-                                      (middle.z != 0u ? 0xffu : 0u) | (middle.w != 0u ? 0xff00u : 0u) |
-                                          (last.x != 0u ? 0xff0000u : 0u) | (last.y != 0u ? 0xff000000u : 0u));
-                    uint uniform_points = uint(lightmesh_bits_in(mask & ~own));
-                    uvec2 left = mask & own;
+                    uvec2 left = mask & of_cells.zw;
+                    uint uniform_points = uint(lightmesh_bits_in(mask & ~of_cells.zw));
                     while ((left.x | left.y) != 0u) {
                         bool is_low = left.x != 0u;
-                        uint half_of = is_low ? left.x : left.y;
-                        uint cell = uint(findLSB(half_of)) >> 3;
-                        uint points = half_of >> (8u * cell) & 0xffu;
-                        half_of &= ~(0xffu << (8u * cell));
-                        left = is_low ? uvec2(half_of, left.y) : uvec2(0u, half_of);
-                        uint word = 6u + cell + (is_low ? 0u : 4u);
-                        lightmesh_add_cell(tile, lightmesh_bricks[record + (word >> 2)][word & 3u], points);
+                        uint four = is_low ? left.x : left.y;
+                        uint cell = uint(findLSB(four)) >> 3;
+                        uint points = four >> (8u * cell) & 0xffu;
+                        four &= ~(0xffu << (8u * cell));
+                        left = is_low ? uvec2(four, left.y) : uvec2(0u, four);
+                        uvec4 words = lightmesh_bricks[record + (is_low ? 2u : 3u)];
+                        lightmesh_add_cell(tile, lightmesh_component(words, cell), points);
                     }
                     if (uniform_points == 0u)
                         continue;
@@ -1218,6 +1257,7 @@ LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uint groups, inout Light
                 }
             }
     lightmesh_add(tile, pending, pending_count);
+    pass.agrees = pass.agrees && all_lit == any_lit;
     return pass;
 }
 
@@ -1253,34 +1293,56 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
         tile.reaching = tile.missing = uvec2(0xffffffffu);
         return tile;
     }
-    tile.reaching = lightmesh_reaching(p.position, p.unit, t);
-    if (tile.reaching == uvec2(0u))
-        return tile;
-    uint groups = lightmesh_groups_of(tile.reaching);
-    LightMeshPass pass = LightMeshPass(0, 0, 0u);
-    // Until no more seeds are needed; for later tiles once.
-    while (p.missing == 0u && p.uniform_brick == lightmesh_no_brick && (!p.is_settled || p.size < 0 || p.linked > 0)) {
+    tile.reaching = uvec2(0u);
+    LightMeshPass pass = LightMeshPass(0, 0, 0u, false);
+    uvec2 lights = uvec2(0u);  // that reach P, of `tile_of_lights`
+    uint tile_of_lights = lightmesh_tile_count();
+    // Where P sees a light point of which nobody knows what it reaches, that does not matter if all bricks say the
+    // same: then tile by tile is asked whether they do. Tiles that do so far; ~0: it is not asked.
+    uint agreeing = 0xffffffffu;
+    ivec3 seed = ivec3(0);
+    // Until no more seeds are needed; once for later tiles.
+    while (true) {
+        bool only_agrees = agreeing != 0xffffffffu;
+        uint now = only_agrees ? agreeing : t;
+        if (now != tile_of_lights)
+            lights = lightmesh_reaching(p.position, p.unit, now);
+        tile_of_lights = now;
         bool is_last = p.is_settled;
+        if (!only_agrees) {
+            tile.reaching = lights;
+            if (lights == uvec2(0u))
+                return tile;
+            bool has_no_light_points = is_last && p.size >= 0 && p.linked == 0;
+            if (p.missing != 0u || p.uniform_brick != lightmesh_no_brick || has_no_light_points)
+                break;
 #ifndef LIGHTMESH_NO_RAYS
-        if (!p.is_settled) {
-            ivec3 seed;
-            int sought = lightmesh_seek_flood(p, seed);
-            if (sought == lightmesh_no_flood) {
-                // Where all bricks say the same it does not matter which light points P sees.
-                if (lightmesh_is_uniform(p))
-                    p.uniform_brick = lightmesh_find_brick(p.level, seed >> 2);
-                else
-                    p.missing = lightmesh_not_filled;
+            if (!is_last) {
+                int sought = lightmesh_seek_flood(p, seed);
+                p.is_settled = sought == lightmesh_no_seed;
+                if (p.is_settled)
+                    break;  // what was counted last counts
+                if (sought == lightmesh_no_flood) {
+                    agreeing = 0u;
+                    continue;
+                }
+            }
+#endif
+            lightmesh_clear(tile);
+        }
+        LightMeshPass found = lightmesh_count(p, now, lights, only_agrees, tile);
+        if (only_agrees) {
+            if (!found.agrees) {
+                p.missing = lightmesh_not_filled;
                 break;
             }
-            if (sought == lightmesh_no_seed) {
-                p.is_settled = true;
-                break;  // what was counted last counts
+            if (++agreeing == lightmesh_tile_count()) {
+                p.uniform_brick = lightmesh_find_brick(p.level, seed >> 2);
+                break;
             }
+            continue;
         }
-#endif
-        lightmesh_clear(tile);
-        pass = lightmesh_count(p, t, groups, tile);
+        pass = found;
         p.size = pass.size;
         p.linked = pass.linked;
         p.is_settled = is_last || (p.floods.count > 0 && 3 * p.linked >= 2 * p.size);

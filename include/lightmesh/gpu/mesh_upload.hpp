@@ -334,8 +334,13 @@ private:
         to.set(record, tile != nullptr ? tile->known : std::uint64_t{0});
         to.set(record + 2, tile != nullptr ? tile->uniform : std::uint64_t{0});
         to.set(record + 4, tile != nullptr ? tile->lit : std::uint64_t{0});
-        for (std::size_t cell = 0; cell < detail::cells_per_brick; ++cell)
-            set_cell(mesh, detail::CellIndex{tile != nullptr ? tile->cells[cell] : 0u}, record + 6 + cell);
+        std::uint64_t with_words = 0;  // 8 bits a cell, as masks of light points have
+        for (std::size_t cell = 0; cell < detail::cells_per_brick; ++cell) {
+            set_cell(mesh, detail::CellIndex{tile != nullptr ? tile->cells[cell] : 0u}, record + 8 + cell);
+            if (to[record + 8 + cell] != 0)
+                with_words |= std::uint64_t{0xff} << 8 * cell;
+        }
+        to.set(record + 6, with_words);
     }
 
     /// A cell takes nothing, two equal pairs of words where its light points see the same lights, or one for
