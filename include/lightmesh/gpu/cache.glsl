@@ -193,6 +193,11 @@ vec4 lightmesh_cache_level_floats(int level) {
 
 // ---- vectors
 
+// Three, which a compiler does not know: what is large, and stands in a loop of three turns, stays in there once.
+int lightmesh_cache_three() {
+    return 3 + int(lightmesh_cache_head[1].w);
+}
+
 const uvec2 lightmesh_cache_one = uvec2(0u, 0x3ff00000u);
 const uvec2 lightmesh_cache_nine_tenths = uvec2(0xcccccccdu, 0x3fecccccu);
 
@@ -227,9 +232,35 @@ LightMeshCacheDoubles lightmesh_cache_doubles(vec3 v) {
 // a . b, added from the first component to the last.
 uvec2 lightmesh_cache_double_dot(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
     uvec2 sum = uvec2(0u);
-    for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < lightmesh_cache_three(); ++axis)
         sum = lightmesh_double_add(sum, lightmesh_double_multiply(a.x[axis], b.x[axis]));
     return sum;
+}
+
+// a / b as the nearest float, as lightmesh_float_divide has it: the quotient of the device, put right.
+float lightmesh_cache_divide(float a, float b) {
+    uint x = floatBitsToUint(a), y = floatBitsToUint(b);
+    uint dividend = (x & 0x7fffffu) | 0x800000u, by = (y & 0x7fffffu) | 0x800000u;
+    uint quotient = uint(float(dividend) / float(by) * 33554432.0);
+    int rest = int((dividend << 25) - quotient * by);
+    int more = int(floor(float(rest) / float(by)));
+    quotient += uint(more);
+    rest -= more * int(by);
+    if (rest < 0) {
+        --quotient;
+        rest += int(by);
+    } else if (rest >= int(by)) {
+        ++quotient;
+        rest -= int(by);
+    }
+    // 24 bits, and one or two below.
+    int below = (quotient >> 25) != 0u ? 2 : 1;
+    uint whole = quotient >> below, part = quotient & ((1u << below) - 1u), half_way = 1u << (below - 1);
+    bool is_up = part > half_way || (part == half_way && (rest != 0 || (whole & 1u) != 0u));
+    int exponent = int((x >> 23) & 255u) - int((y >> 23) & 255u) + 124 + below;
+    uint magnitude = (uint(exponent) << 23) + whole + (is_up ? 1u : 0u);
+    bool is_zero = (x & 0x7f800000u) == 0u || exponent < 0;
+    return uintBitsToFloat(is_zero ? 0u : ((x ^ y) & 0x80000000u) | magnitude);
 }
 
 // The vector at length 1, with every step rounded as a processor does; zero stays zero.
@@ -237,24 +268,34 @@ vec3 lightmesh_cache_unit(vec3 v) {
     float largest = lightmesh_cache_largest(v);
     if (!(largest > 0.0))
         return vec3(0.0);
-    vec4 parts = vec4(v, 1.0);
-    for (int i = 0; i < 4; ++i) {
-        float by = largest;
-        if (i == 3)
-            by = lightmesh_float_sqrt(lightmesh_cache_dot(parts.xyz, parts.xyz));
-        parts[i] = lightmesh_float_divide(parts[i], by);
-    }
-    precise vec3 unit = parts.xyz * parts.w;
+    vec3 parts = vec3(lightmesh_cache_divide(v.x, largest), lightmesh_cache_divide(v.y, largest),
+                      lightmesh_cache_divide(v.z, largest));
+    float scale = lightmesh_cache_divide(1.0, lightmesh_float_sqrt(lightmesh_cache_dot(parts, parts)));
+    precise vec3 unit = parts * scale;
     return unit;
 }
 
 // Whether the length of a vector is 1 but for rounding.
 bool lightmesh_cache_is_unit(vec3 v) {
-    if (abs(lightmesh_cache_dot(v, v) - 1.0) < 1e-7)
+    float about = lightmesh_cache_dot(v, v) - 1.0;
+    if (!(abs(about) < 1e-5))
+        return false;
+    if (abs(about) < 1e-7)
         return true;
+    // The sum of the squares, of 2^62, less one.
+    uvec3 sizes = uvec3(abs(v) * 2147483648.0), high, low;
+    umulExtended(sizes, sizes, high, low);
+    uint sum = low.x + low.y;
+    uint more = sum < low.x ? 1u : 0u;
+    sum += low.z;
+    more += sum < low.z ? 1u : 0u;
+    int over = int(high.x + high.y + high.z + more - 0x40000000u);
+    float off = abs(float(over) + float(sum) * uintBitsToFloat(0x2f800000u)) * uintBitsToFloat(0x30800000u);
+    if (abs(off - 3e-7) > 2e-10)
+        return off < 3e-7;
     LightMeshCacheDoubles doubles = lightmesh_cache_doubles(v);
-    uvec2 off = lightmesh_double_subtract(lightmesh_cache_double_dot(doubles, doubles), lightmesh_cache_one);
-    return lightmesh_double_less(lightmesh_double_abs(off), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
+    uvec2 exact = lightmesh_double_subtract(lightmesh_cache_double_dot(doubles, doubles), lightmesh_cache_one);
+    return lightmesh_double_less(lightmesh_double_abs(exact), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
 }
 
 // A position moved off its surface.
@@ -266,6 +307,16 @@ vec3 lightmesh_cache_off_surface(vec3 position, vec3 normal, int level) {
 
 // ---- which records serve a point
 
+float lightmesh_cache_pick(vec3 v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : v.z;
+}
+uint lightmesh_cache_pick(uvec4 v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : i == 2 ? v.z : v.w;
+}
+int lightmesh_cache_pick(ivec4 v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : i == 2 ? v.z : v.w;
+}
+
 // Weights are of 2^15.
 int lightmesh_cache_weight_of(uvec2 share) {
     if (lightmesh_double_is_negative(share))
@@ -273,6 +324,17 @@ int lightmesh_cache_weight_of(uvec2 share) {
     if (!lightmesh_double_less(share, lightmesh_cache_one))
         return 32768;
     return lightmesh_double_floor(lightmesh_double_add(lightmesh_double_scale(share, 15), uvec2(0u, 0x3fe00000u)));
+}
+
+// The weight of (a / b - less) / by.
+int lightmesh_cache_weight_of_quotient(uvec2 a, uvec2 b, uvec2 less, uvec2 by) {
+    uvec2 share = a;
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        share = lightmesh_double_divide(share, i == 1 ? b : by);
+        if (i == 1)
+            share = lightmesh_double_subtract(share, less);
+    }
+    return lightmesh_cache_weight_of(share);
 }
 
 // How much levels may say, by the footprint: less within the last fifth of an octave, which is one level at most.
@@ -284,18 +346,28 @@ void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
         return;
     uvec2 footprint = lightmesh_double_of(at.footprint);
     uvec2 more = lightmesh_double_multiply(uvec2(0x66666666u, 0x3ff26666u), footprint);  // 1.15
-    at.full_level = -1;
-    while (at.full_level < 15 && lightmesh_double_less(more, lightmesh_cache_level_step(at.full_level + 1)))
-        ++at.full_level;
+    // The finest level of a greater step; each has half the step of the one before.
+    uvec2 coarsest = lightmesh_cache_level_step(0);
+    uvec2 aligned = uvec2(more.x, (more.y & 0x000fffffu) | (coarsest.y & 0xfff00000u));
+    at.full_level = clamp(lightmesh_double_exponent(coarsest) - lightmesh_double_exponent(more) -
+                              (lightmesh_double_less(aligned, coarsest) ? 0 : 1),
+                          -1, 15);
     at.first_level = clamp(at.full_level, 0, 9);
     if (at.full_level == 15)
         return;
     uvec2 step = lightmesh_cache_level_step(at.full_level + 1);
     if (!lightmesh_double_less(footprint, step))
         return;
-    // (step / footprint - 1) / .1487
-    uvec2 over = lightmesh_double_subtract(lightmesh_double_divide(step, footprint), lightmesh_cache_one);
-    at.part = lightmesh_cache_weight_of(lightmesh_double_divide(over, uvec2(0x02752546u, 0x3fc3089au)));
+    // (step / footprint - 1) / .1487, first in floats: a step has 24 bits, and is less than twice the footprint.
+    uint of_step = lightmesh_double_bits(step).y >> 8, of_footprint = lightmesh_double_bits(footprint).y >> 8;
+    if (((step.y ^ footprint.y) & 0x00100000u) != 0u)
+        of_step <<= 1;
+    float weight = 220363.148621 * (float(of_step - of_footprint) / float(of_footprint)) + 0.5;
+    int least = int(min(weight - 0.03, 32768.0));
+    at.part = int(min(weight + 0.03, 32768.0));
+    if (at.part != least)
+        at.part = lightmesh_cache_weight_of_quotient(step, footprint, lightmesh_cache_one,
+                                                     uvec2(0x02752546u, 0x3fc3089au));
     // So near to the whole that it is rounded to it.
     if (at.part == 32768) {
         at.first_level = min(++at.full_level, 9);
@@ -307,6 +379,29 @@ int lightmesh_cache_share_of(LightMeshCachePoint at, int level) {
     return level <= at.full_level ? 32768 : level == at.full_level + 1 ? at.part : 0;
 }
 
+// The weight of (component / largest - .9) / .1, 0 to 2^15: one less ten times what is missing, by integers. A
+// component has at least .899 of the largest.
+int lightmesh_cache_facing_weight(float component, float largest) {
+    uint c = floatBitsToUint(component), l = floatBitsToUint(largest);
+    uint of_largest = ((l & 0x7fffffu) | 0x800000u) << ((l >> 23) - (c >> 23));
+    uint missing = of_largest - ((c & 0x7fffffu) | 0x800000u);
+    float by = float(of_largest);
+    uint less = uint(327680.0 * float(missing) / by);
+    int rest = int(327680u * missing - less * of_largest);
+    if (rest < 0) {
+        --less;
+        rest += int(of_largest);
+    } else if (rest >= int(of_largest)) {
+        ++less;
+        rest -= int(of_largest);
+    }
+    float over = 0.5 - float(rest) / by;
+    if (abs(over) < 1e-5)
+        return lightmesh_cache_weight_of_quotient(lightmesh_double_of(component), lightmesh_double_of(largest),
+                                                  lightmesh_cache_nine_tenths, uvec2(0x9999999au, 0x3fb99999u));
+    return max(32768 - int(less) - (over < 0.0 ? 1 : 0), 0);
+}
+
 // The facings of records.
 void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
     at.facing_count = 0;
@@ -314,44 +409,48 @@ void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
         return;
     float largest = lightmesh_cache_largest(at.normal);
     int sum = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        float component = abs(at.normal[axis]);
-        if (component < 0.899 * largest)
+    for (int axis = 0; axis < lightmesh_cache_three(); ++axis) {
+        float signed_component = lightmesh_cache_pick(at.normal, axis), component = abs(signed_component);
+        int weight = component == largest ? 32768 : 0;
+        if (component != largest && component >= 0.899 * largest)
+            weight = lightmesh_cache_facing_weight(component, largest);
+        if (weight == 0)
             continue;
-        int weight = 32768;
-        if (component != largest) {
-            uvec2 c = lightmesh_double_of(component), l = lightmesh_double_of(largest);
-            if (lightmesh_double_less(c, lightmesh_double_multiply(lightmesh_cache_nine_tenths, l)))
-                continue;
-            uvec2 over = lightmesh_double_subtract(lightmesh_double_divide(c, l), lightmesh_cache_nine_tenths);
-            // .1
-            weight = lightmesh_cache_weight_of(lightmesh_double_divide(over, uvec2(0x9999999au, 0x3fb99999u)));
-            if (weight == 0)
-                continue;
+        int facing = 2 * axis + (signed_component < 0.0 ? 1 : 0);
+        if (at.facing_count == 0) {
+            at.facings.x = facing;
+            at.facing_weights.x = weight;
+        } else if (at.facing_count == 1) {
+            at.facings.y = facing;
+            at.facing_weights.y = weight;
+        } else {
+            at.facings.z = facing;
+            at.facing_weights.z = weight;
         }
-        at.facings[at.facing_count] = 2 * axis + (at.normal[axis] < 0.0 ? 1 : 0);
-        at.facing_weights[at.facing_count] = weight;
         ++at.facing_count;
         sum += weight;
     }
-    int rest = 32768;
-    for (int i = 1; i < at.facing_count; ++i) {
-        at.facing_weights[i] = int((uint(at.facing_weights[i]) << 15) / uint(sum));
-        rest -= at.facing_weights[i];
-    }
-    at.facing_weights[0] = rest;
+    uint y = (uint(at.facing_weights.y) << 15) / uint(sum), z = (uint(at.facing_weights.z) << 15) / uint(sum);
+    at.facing_weights = ivec3(32768u - y - z, y, z);
 }
 
 // Whether lattice points around the point have indices.
 bool lightmesh_cache_is_inside(vec3 position) {
+    int finest = lightmesh_cache_finest();
     uvec2 limit = lightmesh_cache_head[1].xy;
-    for (int axis = 0; axis < 3; ++axis) {
-        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(position[axis]),
-                                              lightmesh_cache_level_origin(lightmesh_cache_finest(), axis));
-        if (!lightmesh_double_less(lightmesh_double_abs(offset), limit))
-            return false;
+    float farthest = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+        farthest = max(farthest, abs(position[axis]) +
+                                     abs(lightmesh_double_to_float(lightmesh_cache_level_origin(finest, axis))));
+    if (farthest < 0.99 * lightmesh_double_to_float(limit))
+        return true;
+    bool is_inside = true;
+    for (int axis = 0; axis < lightmesh_cache_three(); ++axis) {
+        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(lightmesh_cache_pick(position, axis)),
+                                                 lightmesh_cache_level_origin(finest, axis));
+        is_inside = is_inside && lightmesh_double_less(lightmesh_double_abs(offset), limit);
     }
-    return true;
+    return is_inside;
 }
 
 // A point to ask for. The normal is the geometric one, on the side that is shaded. Footprint and shading normal as in
@@ -376,11 +475,11 @@ LightMeshCachePoint lightmesh_cache_point(vec3 position, vec3 normal, float foot
         return at;
     }
     bool has_smooth = lightmesh_cache_is_finite(shading_normal) && !lightmesh_cache_is_zero(shading_normal);
-    for (int i = 0; i < 2; ++i) {
-        if (i == 0 ? lightmesh_cache_is_unit(normal) : !has_smooth)
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        if (i == 1 ? lightmesh_cache_is_unit(normal) : !has_smooth)
             continue;
-        vec3 unit = lightmesh_cache_unit(i == 0 ? normal : shading_normal);
-        if (i == 0)
+        vec3 unit = lightmesh_cache_unit(i == 1 ? normal : shading_normal);
+        if (i == 1)
             at.normal = unit;
         else
             at.smooth_normal = unit;
@@ -397,6 +496,7 @@ const uint lightmesh_cache_directional = 1u;
 const uint lightmesh_cache_has_cone = 2u;
 const uint lightmesh_cache_wide_cone = 4u;
 const uint lightmesh_cache_rectangle = 8u;
+const uint lightmesh_cache_has_range = 16u;
 
 uvec4 lightmesh_cache_light(uint light, uint part) {
     return lightmesh_cache_head[lightmesh_cache_head[1].z + 6u * light + part];
@@ -434,8 +534,21 @@ bool lightmesh_cache_in_range(vec3 at, float range, vec3 point) {
                                   lightmesh_cache_double_dot(doubles, doubles));
 }
 
+// In floats where those are sure, else in doubles.
 bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 offset) {
     uvec4 first = lightmesh_cache_light(light, 2u), second = lightmesh_cache_light(light, 3u);
+    vec3 about = vec3(lightmesh_double_to_float(first.xy), lightmesh_double_to_float(first.zw),
+                      lightmesh_double_to_float(second.xy));
+    float slope = lightmesh_double_to_float(second.zw);
+    float before = dot(about, offset);
+    vec3 beside = cross(about, offset);
+    float over = dot(beside, beside) - slope * before * before;
+    bool is_front = before > 2e-6 * (abs(offset.x) + abs(offset.y) + abs(offset.z)) + 1e-30;
+    bool is_back = before < -2e-6 * (abs(offset.x) + abs(offset.y) + abs(offset.z)) - 1e-30;
+    if (is_wide ? is_front : is_back)
+        return is_wide;
+    if ((is_wide ? is_back : is_front) && abs(over) > (1e-5 * dot(offset, offset) + 1e-30) * (1.0 + slope))
+        return (over < 0.0) != is_wide;
     LightMeshCacheDoubles axis = LightMeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
     LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
     uvec2 along = lightmesh_cache_double_dot(axis, w);
@@ -444,14 +557,14 @@ bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 offset) {
         return is_wide;
     // The square of cross(axis, offset).
     LightMeshCacheDoubles across;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < lightmesh_cache_three(); ++i) {
         int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
         across.x[i] = lightmesh_double_subtract(lightmesh_double_multiply(axis.x[u], w.x[v]),
                                                 lightmesh_double_multiply(w.x[u], axis.x[v]));
     }
     uvec2 squared = lightmesh_cache_double_dot(across, across);
     uvec2 limit = second.zw;
-    for (int i = 0; i < 2; ++i)
+    for (int i = 1; i < lightmesh_cache_three(); ++i)
         limit = lightmesh_double_multiply(limit, along);
     return is_wide ? !lightmesh_double_less(squared, limit) : !lightmesh_double_less(limit, squared);
 }
@@ -460,9 +573,10 @@ bool lightmesh_cache_can_reach(uint light, vec3 point, vec3 normal) {
     uvec4 head = lightmesh_cache_light(light, 0u);
     vec3 at = uintBitsToFloat(head.xyz);
     uint kind = head.w;
-    float range = uintBitsToFloat(lightmesh_cache_light(light, 1u).x);
-    if (!lightmesh_cache_faces(at, (kind & lightmesh_cache_directional) != 0u, point, normal) ||
-        (range < 1e19 && !lightmesh_cache_in_range(at, range, point)))
+    if (!lightmesh_cache_faces(at, (kind & lightmesh_cache_directional) != 0u, point, normal))
+        return false;
+    if ((kind & lightmesh_cache_has_range) != 0u &&
+        !lightmesh_cache_in_range(at, uintBitsToFloat(lightmesh_cache_light(light, 1u).x), point))
         return false;
     precise vec3 offset = point - at;
     return (kind & lightmesh_cache_has_cone) == 0u ||
@@ -482,15 +596,17 @@ void lightmesh_cache_add(inout uvec2 lights, uint l) {
 // Which of the asked lights of a tile can reach the point, chi of equation (3), range and cone: by its normal, and by
 // its smooth one.
 uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
-    uvec2 found[2] = uvec2[2](uvec2(0u), uvec2(0u));
-    uint count = lightmesh_cache_tile_size(tile) * (at.is_smooth ? 2u : 1u);
-    for (uint i = 0u; i < count; ++i) {
-        uint turn = at.is_smooth ? i & 1u : 0u, l = at.is_smooth ? i >> 1 : i;
-        if (lightmesh_cache_has(asked, l) &&
-            lightmesh_cache_can_reach(64u * tile + l, at.position, turn == 0u ? at.normal : at.smooth_normal))
-            lightmesh_cache_add(found[turn], l);
+    uvec4 found = uvec4(0u);
+    uint turns = at.is_smooth ? 2u : 1u;
+    for (uint turn = 0u; turn < turns; ++turn) {
+        vec3 normal = turn == 0u ? at.normal : at.smooth_normal;
+        uvec2 reaching = uvec2(0u);
+        for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
+            if (lightmesh_cache_has(asked, l) && lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
+                lightmesh_cache_add(reaching, l);
+        found = turn == 0u ? uvec4(reaching, 0u, 0u) : uvec4(found.xy, reaching);
     }
-    return uvec4(found[0], found[1]);
+    return found;
 }
 
 // ---- records

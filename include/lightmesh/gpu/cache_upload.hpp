@@ -150,6 +150,7 @@ private:
     static constexpr std::uint32_t lights_have_cones = 2;
     static constexpr std::uint32_t cones_are_wide = 4;
     static constexpr std::uint32_t lights_are_rectangles = 8;
+    static constexpr std::uint32_t lights_have_range = 16;
 
     static const detail::CacheReader& reader_of(const SnapshotView& view) {
         const detail::CacheReader* reader = detail::SnapshotReaders::cache(view);
@@ -229,6 +230,7 @@ private:
         }
         Word range = pair(0.0, lamp.extent());
         range[0] = word(shape.reaches_nothing() ? -1.0f : shape.range);
+        kind |= shape.reaches_nothing() || shape.range < 1e19f ? lights_have_range : 0u;
         set(head, at, triple(shape.at, kind));
         set(head, at + 1, range);
         set(head, at + 2, pair(shape.cone.axis.x, shape.cone.axis.y));
