@@ -57,7 +57,7 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 //     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges, 512
 //                                          with shaft rows, 1024 if the levels' origins in steps are there
 //     how far the lattice reaches from its origin: a double | where lights begin | 0
-//     for each level six: see `lightmesh_cache_level_*`
+//     for each level five, and for each one more: see `lightmesh_cache_level_*`
 //     lights, six each: see `lightmesh_cache_light_*`
 // Slots: the three words of a key | where its record stands; 0: free
 // Records: position | x and y of the normal
@@ -178,32 +178,32 @@ bool lightmesh_cache_has_shaft_rows() {
     return (lightmesh_cache_head[0].w & 512u) != 0u;
 }
 uvec2 lightmesh_cache_level_step(int level) {
-    return lightmesh_cache_head[2 + 6 * level].xy;
+    return lightmesh_cache_head[2 + 5 * level].xy;
 }
 uvec2 lightmesh_cache_level_per_step(int level) {
-    return lightmesh_cache_head[2 + 6 * level].zw;
+    return lightmesh_cache_head[2 + 5 * level].zw;
 }
 uvec2 lightmesh_cache_level_origin(int level, int axis) {
-    uvec4 two = lightmesh_cache_head[3 + 6 * level + (axis >> 1)];
+    uvec4 two = lightmesh_cache_head[3 + 5 * level + (axis >> 1)];
     return (axis & 1) == 0 ? two.xy : two.zw;
 }
 // .45 steps: where records no longer fit; 5 / step; .003 steps.
 uvec2 lightmesh_cache_level_near(int level) {
-    return lightmesh_cache_head[4 + 6 * level].zw;
+    return lightmesh_cache_head[4 + 5 * level].zw;
 }
 uvec2 lightmesh_cache_level_per_fifth(int level) {
-    return lightmesh_cache_head[5 + 6 * level].xy;
+    return lightmesh_cache_head[5 + 5 * level].xy;
 }
 uvec2 lightmesh_cache_level_least(int level) {
-    return lightmesh_cache_head[5 + 6 * level].zw;
+    return lightmesh_cache_head[5 + 5 * level].zw;
 }
 // Floats: .002 steps; 2^-14 steps.
 vec2 lightmesh_cache_level_floats(int level) {
-    return uintBitsToFloat(lightmesh_cache_head[6 + 6 * level].xy);
+    return uintBitsToFloat(lightmesh_cache_head[6 + 5 * level].xy);
 }
 // The origin in steps, of 2^32: 64 bits, the lower word first.
 uvec2 lightmesh_cache_level_origin_in_steps(int level, int axis) {
-    uvec4 two = lightmesh_cache_head[6 + 6 * level + (axis == 0 ? 0 : 1)];
+    uvec4 two = lightmesh_cache_head[axis == 0 ? 6 + 5 * level : 82 + level];
     return axis == 1 ? two.xy : two.zw;
 }
 
@@ -759,20 +759,45 @@ uvec4 lightmesh_cache_find_records(int axis, uint what, int level) {
     return uvec4(x.w, y.w, z.w, w.w);
 }
 
+// origin + step * index as the nearest float, in pairs of floats; whether that is sure: of a double between it makes no
+// difference then.
+float lightmesh_cache_lattice_component(int index, uvec2 origin, float step, inout bool is_sure) {
+    float high_step = uintBitsToFloat(floatBitsToUint(step) & 0xfffff000u), low_step = step - high_step;
+    float high_index = float(index & ~4095), low_index = float(index & 4095);
+    precise float product = step * float(index);
+    precise float lost = ((high_step * high_index - product) + high_step * low_index + low_step * high_index) +
+                         low_step * low_index;
+    // The origin's first 24 bits, and what follows.
+    uint exponent = (origin.y >> 20) & 0x7ffu;
+    uint high_bits = (origin.y & 0x80000000u) | (((origin.y & 0x7fffffffu) - 0x38000000u) << 3 | origin.x >> 29);
+    bool is_normal = exponent >= 980u && exponent < 1100u;
+    float high = is_normal ? uintBitsToFloat(high_bits) : 0.0;
+    float low = is_normal ? float(origin.x & 0x1fffffffu) * uintBitsToFloat((exponent - 948u) << 23) : 0.0;
+    low = (origin.y & 0x80000000u) != 0u ? -low : low;
+    precise float sum = high + product, part = sum - high;
+    precise float rest = ((high - (sum - part)) + (product - part)) + (low + lost);
+    precise float point = sum + rest;
+    precise float slack = (abs(high) + abs(product)) * uintBitsToFloat(0x29800000u);  // 2^-44
+    precise float least = sum + (rest - slack), most = sum + (rest + slack);
+    is_sure = is_sure && (is_normal || origin.y == 0u) && abs(index) < 0x1000000 && step > 1e-20 && step < 1e20 &&
+              least == most;
+    return point;
+}
+
 vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
-    vec3 point = vec3(0.0);
-    for (int axis = 0; axis < lightmesh_cache_three(); ++axis) {
+    float step = lightmesh_double_to_float(lightmesh_cache_level_step(level));
+    bool is_sure = true;
+    vec3 point = vec3(
+        lightmesh_cache_lattice_component(index.x, lightmesh_cache_level_origin(level, 0), step, is_sure),
+        lightmesh_cache_lattice_component(index.y, lightmesh_cache_level_origin(level, 1), step, is_sure),
+        lightmesh_cache_lattice_component(index.z, lightmesh_cache_level_origin(level, 2), step, is_sure));
+    for (int axis = 0; axis < lightmesh_cache_three() && !is_sure; ++axis) {
         float component = lightmesh_double_to_float(lightmesh_double_add(
             lightmesh_cache_level_origin(level, axis),
             lightmesh_double_multiply(
                 lightmesh_cache_level_step(level),
                 lightmesh_double_of(axis == 0 ? index.x : axis == 1 ? index.y : index.z))));
-        if (axis == 0)
-            point.x = component;
-        else if (axis == 1)
-            point.y = component;
-        else
-            point.z = component;
+        point = vec3(axis == 0 ? component : point.x, axis == 1 ? component : point.y, axis == 2 ? component : point.z);
     }
     return point;
 }

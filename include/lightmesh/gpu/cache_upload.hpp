@@ -185,8 +185,9 @@ private:
     // ---- the head: settings, what levels have, lights
 
     static constexpr std::size_t level_at = 2;
-    static constexpr std::size_t words_of_level = 6;
-    static constexpr std::size_t light_at = level_at + words_of_level * detail::Lattice::level_count;
+    static constexpr std::size_t words_of_level = 5;
+    static constexpr std::size_t more_of_levels_at = level_at + words_of_level * detail::Lattice::level_count;
+    static constexpr std::size_t light_at = more_of_levels_at + detail::Lattice::level_count;
     static constexpr std::size_t words_of_light = 6;
 
     void set_head(const detail::CacheReader& reader) {
@@ -244,7 +245,8 @@ private:
         set(head, at + 4,
             {word(0.002f * static_cast<float>(step)), word(static_cast<float>(step * 0x1p-14)),
              low(in_steps[0]), high(in_steps[0])});
-        set(head, at + 5, {low(in_steps[1]), high(in_steps[1]), low(in_steps[2]), high(in_steps[2])});
+        set(head, more_of_levels_at + static_cast<std::size_t>(level),
+            {low(in_steps[1]), high(in_steps[1]), low(in_steps[2]), high(in_steps[2])});
     }
 
     void set_light(std::size_t at, const detail::Lamp& lamp, const Light& light) {
