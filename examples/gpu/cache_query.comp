@@ -15,11 +15,19 @@ void main() {
                                                    points[i].shading_normal.xyz);
     LightMeshCacheTile tile;
     float sum = 0.0;
+    vec4 four = vec4(0.0);
+    uint known = 0u;
     for (uint t = 0u; t < lightmesh_cache_tile_count(); ++t) {
         lightmesh_cache_find(at, t, uvec2(~0u), tile);
         uint size = lightmesh_cache_tile_size(t);
         for (uint l = 0u; l < size; ++l) {
-            float share = lightmesh_cache_is_known(tile, l) ? lightmesh_cache_share(tile, l) : uintBitsToFloat(0x7fc00000u);
+            if ((l & 3u) == 0u) {
+                four = lightmesh_cache_shares_of_four(tile, l);
+                known = lightmesh_cache_known_of_four(tile, l);
+            }
+            float share = (known & 1u) != 0u ? four.x : uintBitsToFloat(0x7fc00000u);
+            known >>= 1;
+            four.xyz = four.yzw;
             if (kind != kind_sums)
                 values[i * lightmesh_cache_light_count() + 64u * t + l] = share;
             else

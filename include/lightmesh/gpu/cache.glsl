@@ -55,9 +55,9 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 
 // As `CacheUpload` lays them out. The head:
 //     number of lights | number of tiles | number of slots less one | finest level, and 256 with exact edges, 512
-//                                                                      with shaft rows
+//                                          with shaft rows, 1024 if the levels' origins in steps are there
 //     how far the lattice reaches from its origin: a double | where lights begin | 0
-//     for each level five: see `lightmesh_cache_level_*`
+//     for each level five, and for each one more: see `lightmesh_cache_level_*`
 //     lights, six each: see `lightmesh_cache_light_*`
 // Slots: the three words of a key | where its record stands; 0: free
 // Records: position | x and y of the normal
@@ -73,7 +73,7 @@ layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 2)
     uvec4 lightmesh_cache_records[];
 };
 layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING + 3) readonly buffer LightMeshCacheOctets {
-    uint lightmesh_cache_words[];
+    uvec2 lightmesh_cache_octets[];
 };
 
 struct LightMeshCacheRequest {
@@ -113,12 +113,13 @@ struct LightMeshCachePoint {
     uvec3 seen;         // and four bits: which lattice points the point sees
 };
 
-// S of a tile of 64 lights.
+// S of a tile of 64 lights, of which the values stand in variables of this file until the next tile is asked for.
 struct LightMeshCacheTile {
-    uvec2 unknown;     // lights whose S is not known
-    bool is_float;     // whether the values are
-    uvec4 values[16];  // four lights each
+    uvec2 unknown;  // lights whose S is not known
+    bool is_float;  // whether the values are
 };
+// Four lights each: of the tile, and in work for the other facings.
+uvec4 lightmesh_cache_values[48];
 
 uint lightmesh_cache_light_count() {
     return lightmesh_cache_head[0].x;
@@ -138,9 +139,19 @@ bool lightmesh_cache_is_known(LightMeshCacheTile tile, uint l) {
 
 // S of the l-th light of a tile, 0 to 1; without meaning where it is not known.
 float lightmesh_cache_share(LightMeshCacheTile tile, uint l) {
-    uint value = tile.values[l >> 2][l & 3u];
+    uint value = lightmesh_cache_values[l >> 2][l & 3u];
     precise float share = float(value) * uintBitsToFloat(0x30008081u);  // 2^-23 / 255
     return tile.is_float ? uintBitsToFloat(value) : share;
+}
+
+// The same of four lights from the l-th on, a multiple of four: bits of those of which S is known, and S.
+uint lightmesh_cache_known_of_four(LightMeshCacheTile tile, uint l) {
+    return ~((l < 32u ? tile.unknown.x : tile.unknown.y) >> (l & 31u)) & 15u;
+}
+vec4 lightmesh_cache_shares_of_four(LightMeshCacheTile tile, uint l) {
+    uvec4 values = lightmesh_cache_values[l >> 2];
+    precise vec4 shares = vec4(values) * uintBitsToFloat(0x30008081u);  // 2^-23 / 255
+    return tile.is_float ? uintBitsToFloat(values) : shares;
 }
 
 // Asks for a point. `id` comes back with it.
@@ -186,12 +197,22 @@ uvec2 lightmesh_cache_level_per_fifth(int level) {
 uvec2 lightmesh_cache_level_least(int level) {
     return lightmesh_cache_head[5 + 5 * level].zw;
 }
-// Floats: .002 steps; 2^-14 steps; how near .45 steps come to a float; step.
-vec4 lightmesh_cache_level_floats(int level) {
-    return uintBitsToFloat(lightmesh_cache_head[6 + 5 * level]);
+// Floats: .002 steps; 2^-14 steps.
+vec2 lightmesh_cache_level_floats(int level) {
+    return uintBitsToFloat(lightmesh_cache_head[6 + 5 * level].xy);
+}
+// The origin in steps, of 2^32: 64 bits, the lower word first.
+uvec2 lightmesh_cache_level_origin_in_steps(int level, int axis) {
+    uvec4 two = lightmesh_cache_head[axis == 0 ? 6 + 5 * level : 82 + level];
+    return axis == 1 ? two.xy : two.zw;
 }
 
 // ---- vectors
+
+// Three, which a compiler does not know: what is large, and stands in a loop of three turns, stays in there once.
+int lightmesh_cache_three() {
+    return 3 + int(lightmesh_cache_head[1].w);
+}
 
 const uvec2 lightmesh_cache_one = uvec2(0u, 0x3ff00000u);
 const uvec2 lightmesh_cache_nine_tenths = uvec2(0xcccccccdu, 0x3fecccccu);
@@ -227,9 +248,35 @@ LightMeshCacheDoubles lightmesh_cache_doubles(vec3 v) {
 // a . b, added from the first component to the last.
 uvec2 lightmesh_cache_double_dot(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
     uvec2 sum = uvec2(0u);
-    for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < lightmesh_cache_three(); ++axis)
         sum = lightmesh_double_add(sum, lightmesh_double_multiply(a.x[axis], b.x[axis]));
     return sum;
+}
+
+// a / b as the nearest float, as lightmesh_float_divide has it: the quotient of the device, put right.
+float lightmesh_cache_divide(float a, float b) {
+    uint x = floatBitsToUint(a), y = floatBitsToUint(b);
+    uint dividend = (x & 0x7fffffu) | 0x800000u, by = (y & 0x7fffffu) | 0x800000u;
+    uint quotient = uint(float(dividend) / float(by) * 33554432.0);
+    int rest = int((dividend << 25) - quotient * by);
+    int more = int(floor(float(rest) / float(by)));
+    quotient += uint(more);
+    rest -= more * int(by);
+    if (rest < 0) {
+        --quotient;
+        rest += int(by);
+    } else if (rest >= int(by)) {
+        ++quotient;
+        rest -= int(by);
+    }
+    // 24 bits, and one or two below.
+    int below = (quotient >> 25) != 0u ? 2 : 1;
+    uint whole = quotient >> below, part = quotient & ((1u << below) - 1u), half_way = 1u << (below - 1);
+    bool is_up = part > half_way || (part == half_way && (rest != 0 || (whole & 1u) != 0u));
+    int exponent = int((x >> 23) & 255u) - int((y >> 23) & 255u) + 124 + below;
+    uint magnitude = (uint(exponent) << 23) + whole + (is_up ? 1u : 0u);
+    bool is_zero = (x & 0x7f800000u) == 0u || exponent < 0;
+    return uintBitsToFloat(is_zero ? 0u : ((x ^ y) & 0x80000000u) | magnitude);
 }
 
 // The vector at length 1, with every step rounded as a processor does; zero stays zero.
@@ -237,24 +284,34 @@ vec3 lightmesh_cache_unit(vec3 v) {
     float largest = lightmesh_cache_largest(v);
     if (!(largest > 0.0))
         return vec3(0.0);
-    vec4 parts = vec4(v, 1.0);
-    for (int i = 0; i < 4; ++i) {
-        float by = largest;
-        if (i == 3)
-            by = lightmesh_float_sqrt(lightmesh_cache_dot(parts.xyz, parts.xyz));
-        parts[i] = lightmesh_float_divide(parts[i], by);
-    }
-    precise vec3 unit = parts.xyz * parts.w;
+    vec3 parts = vec3(lightmesh_cache_divide(v.x, largest), lightmesh_cache_divide(v.y, largest),
+                      lightmesh_cache_divide(v.z, largest));
+    float scale = lightmesh_cache_divide(1.0, lightmesh_float_sqrt(lightmesh_cache_dot(parts, parts)));
+    precise vec3 unit = parts * scale;
     return unit;
 }
 
 // Whether the length of a vector is 1 but for rounding.
 bool lightmesh_cache_is_unit(vec3 v) {
-    if (abs(lightmesh_cache_dot(v, v) - 1.0) < 1e-7)
+    float about = lightmesh_cache_dot(v, v) - 1.0;
+    if (!(abs(about) < 1e-5))
+        return false;
+    if (abs(about) < 1e-7)
         return true;
+    // The sum of the squares, of 2^62, less one.
+    uvec3 sizes = uvec3(abs(v) * 2147483648.0), high, low;
+    umulExtended(sizes, sizes, high, low);
+    uint sum = low.x + low.y;
+    uint more = sum < low.x ? 1u : 0u;
+    sum += low.z;
+    more += sum < low.z ? 1u : 0u;
+    int over = int(high.x + high.y + high.z + more - 0x40000000u);
+    float off = abs(float(over) + float(sum) * uintBitsToFloat(0x2f800000u)) * uintBitsToFloat(0x30800000u);
+    if (abs(off - 3e-7) > 2e-10)
+        return off < 3e-7;
     LightMeshCacheDoubles doubles = lightmesh_cache_doubles(v);
-    uvec2 off = lightmesh_double_subtract(lightmesh_cache_double_dot(doubles, doubles), lightmesh_cache_one);
-    return lightmesh_double_less(lightmesh_double_abs(off), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
+    uvec2 exact = lightmesh_double_subtract(lightmesh_cache_double_dot(doubles, doubles), lightmesh_cache_one);
+    return lightmesh_double_less(lightmesh_double_abs(exact), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
 }
 
 // A position moved off its surface.
@@ -266,6 +323,16 @@ vec3 lightmesh_cache_off_surface(vec3 position, vec3 normal, int level) {
 
 // ---- which records serve a point
 
+float lightmesh_cache_pick(vec3 v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : v.z;
+}
+uint lightmesh_cache_pick(uvec4 v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : i == 2 ? v.z : v.w;
+}
+int lightmesh_cache_pick(ivec4 v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : i == 2 ? v.z : v.w;
+}
+
 // Weights are of 2^15.
 int lightmesh_cache_weight_of(uvec2 share) {
     if (lightmesh_double_is_negative(share))
@@ -273,6 +340,17 @@ int lightmesh_cache_weight_of(uvec2 share) {
     if (!lightmesh_double_less(share, lightmesh_cache_one))
         return 32768;
     return lightmesh_double_floor(lightmesh_double_add(lightmesh_double_scale(share, 15), uvec2(0u, 0x3fe00000u)));
+}
+
+// The weight of (a / b - less) / by.
+int lightmesh_cache_weight_of_quotient(uvec2 a, uvec2 b, uvec2 less, uvec2 by) {
+    uvec2 share = a;
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        share = lightmesh_double_divide(share, i == 1 ? b : by);
+        if (i == 1)
+            share = lightmesh_double_subtract(share, less);
+    }
+    return lightmesh_cache_weight_of(share);
 }
 
 // How much levels may say, by the footprint: less within the last fifth of an octave, which is one level at most.
@@ -284,18 +362,28 @@ void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
         return;
     uvec2 footprint = lightmesh_double_of(at.footprint);
     uvec2 more = lightmesh_double_multiply(uvec2(0x66666666u, 0x3ff26666u), footprint);  // 1.15
-    at.full_level = -1;
-    while (at.full_level < 15 && lightmesh_double_less(more, lightmesh_cache_level_step(at.full_level + 1)))
-        ++at.full_level;
+    // The finest level of a greater step; each has half the step of the one before.
+    uvec2 coarsest = lightmesh_cache_level_step(0);
+    uvec2 aligned = uvec2(more.x, (more.y & 0x000fffffu) | (coarsest.y & 0xfff00000u));
+    at.full_level = clamp(lightmesh_double_exponent(coarsest) - lightmesh_double_exponent(more) -
+                              (lightmesh_double_less(aligned, coarsest) ? 0 : 1),
+                          -1, 15);
     at.first_level = clamp(at.full_level, 0, 9);
     if (at.full_level == 15)
         return;
     uvec2 step = lightmesh_cache_level_step(at.full_level + 1);
     if (!lightmesh_double_less(footprint, step))
         return;
-    // (step / footprint - 1) / .1487
-    uvec2 over = lightmesh_double_subtract(lightmesh_double_divide(step, footprint), lightmesh_cache_one);
-    at.part = lightmesh_cache_weight_of(lightmesh_double_divide(over, uvec2(0x02752546u, 0x3fc3089au)));
+    // (step / footprint - 1) / .1487, first in floats: a step has 24 bits, and is less than twice the footprint.
+    uint of_step = lightmesh_double_bits(step).y >> 8, of_footprint = lightmesh_double_bits(footprint).y >> 8;
+    if (((step.y ^ footprint.y) & 0x00100000u) != 0u)
+        of_step <<= 1;
+    float weight = 220363.148621 * (float(of_step - of_footprint) / float(of_footprint)) + 0.5;
+    int least = int(min(weight - 0.03, 32768.0));
+    at.part = int(min(weight + 0.03, 32768.0));
+    if (at.part != least)
+        at.part = lightmesh_cache_weight_of_quotient(step, footprint, lightmesh_cache_one,
+                                                     uvec2(0x02752546u, 0x3fc3089au));
     // So near to the whole that it is rounded to it.
     if (at.part == 32768) {
         at.first_level = min(++at.full_level, 9);
@@ -307,6 +395,29 @@ int lightmesh_cache_share_of(LightMeshCachePoint at, int level) {
     return level <= at.full_level ? 32768 : level == at.full_level + 1 ? at.part : 0;
 }
 
+// The weight of (component / largest - .9) / .1, 0 to 2^15: one less ten times what is missing, by integers. A
+// component has at least .899 of the largest.
+int lightmesh_cache_facing_weight(float component, float largest) {
+    uint c = floatBitsToUint(component), l = floatBitsToUint(largest);
+    uint of_largest = ((l & 0x7fffffu) | 0x800000u) << ((l >> 23) - (c >> 23));
+    uint missing = of_largest - ((c & 0x7fffffu) | 0x800000u);
+    float by = float(of_largest);
+    uint less = uint(327680.0 * float(missing) / by);
+    int rest = int(327680u * missing - less * of_largest);
+    if (rest < 0) {
+        --less;
+        rest += int(of_largest);
+    } else if (rest >= int(of_largest)) {
+        ++less;
+        rest -= int(of_largest);
+    }
+    float over = 0.5 - float(rest) / by;
+    if (abs(over) < 1e-5)
+        return lightmesh_cache_weight_of_quotient(lightmesh_double_of(component), lightmesh_double_of(largest),
+                                                  lightmesh_cache_nine_tenths, uvec2(0x9999999au, 0x3fb99999u));
+    return max(32768 - int(less) - (over < 0.0 ? 1 : 0), 0);
+}
+
 // The facings of records.
 void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
     at.facing_count = 0;
@@ -314,44 +425,48 @@ void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
         return;
     float largest = lightmesh_cache_largest(at.normal);
     int sum = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        float component = abs(at.normal[axis]);
-        if (component < 0.899 * largest)
+    for (int axis = 0; axis < lightmesh_cache_three(); ++axis) {
+        float signed_component = lightmesh_cache_pick(at.normal, axis), component = abs(signed_component);
+        int weight = component == largest ? 32768 : 0;
+        if (component != largest && component >= 0.899 * largest)
+            weight = lightmesh_cache_facing_weight(component, largest);
+        if (weight == 0)
             continue;
-        int weight = 32768;
-        if (component != largest) {
-            uvec2 c = lightmesh_double_of(component), l = lightmesh_double_of(largest);
-            if (lightmesh_double_less(c, lightmesh_double_multiply(lightmesh_cache_nine_tenths, l)))
-                continue;
-            uvec2 over = lightmesh_double_subtract(lightmesh_double_divide(c, l), lightmesh_cache_nine_tenths);
-            // .1
-            weight = lightmesh_cache_weight_of(lightmesh_double_divide(over, uvec2(0x9999999au, 0x3fb99999u)));
-            if (weight == 0)
-                continue;
+        int facing = 2 * axis + (signed_component < 0.0 ? 1 : 0);
+        if (at.facing_count == 0) {
+            at.facings.x = facing;
+            at.facing_weights.x = weight;
+        } else if (at.facing_count == 1) {
+            at.facings.y = facing;
+            at.facing_weights.y = weight;
+        } else {
+            at.facings.z = facing;
+            at.facing_weights.z = weight;
         }
-        at.facings[at.facing_count] = 2 * axis + (at.normal[axis] < 0.0 ? 1 : 0);
-        at.facing_weights[at.facing_count] = weight;
         ++at.facing_count;
         sum += weight;
     }
-    int rest = 32768;
-    for (int i = 1; i < at.facing_count; ++i) {
-        at.facing_weights[i] = int((uint(at.facing_weights[i]) << 15) / uint(sum));
-        rest -= at.facing_weights[i];
-    }
-    at.facing_weights[0] = rest;
+    uint y = (uint(at.facing_weights.y) << 15) / uint(sum), z = (uint(at.facing_weights.z) << 15) / uint(sum);
+    at.facing_weights = ivec3(32768u - y - z, y, z);
 }
 
 // Whether lattice points around the point have indices.
 bool lightmesh_cache_is_inside(vec3 position) {
+    int finest = lightmesh_cache_finest();
     uvec2 limit = lightmesh_cache_head[1].xy;
-    for (int axis = 0; axis < 3; ++axis) {
-        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(position[axis]),
-                                              lightmesh_cache_level_origin(lightmesh_cache_finest(), axis));
-        if (!lightmesh_double_less(lightmesh_double_abs(offset), limit))
-            return false;
+    float farthest = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+        farthest = max(farthest, abs(position[axis]) +
+                                     abs(lightmesh_double_to_float(lightmesh_cache_level_origin(finest, axis))));
+    if (farthest < 0.99 * lightmesh_double_to_float(limit))
+        return true;
+    bool is_inside = true;
+    for (int axis = 0; axis < lightmesh_cache_three(); ++axis) {
+        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(lightmesh_cache_pick(position, axis)),
+                                                 lightmesh_cache_level_origin(finest, axis));
+        is_inside = is_inside && lightmesh_double_less(lightmesh_double_abs(offset), limit);
     }
-    return true;
+    return is_inside;
 }
 
 // A point to ask for. The normal is the geometric one, on the side that is shaded. Footprint and shading normal as in
@@ -376,11 +491,11 @@ LightMeshCachePoint lightmesh_cache_point(vec3 position, vec3 normal, float foot
         return at;
     }
     bool has_smooth = lightmesh_cache_is_finite(shading_normal) && !lightmesh_cache_is_zero(shading_normal);
-    for (int i = 0; i < 2; ++i) {
-        if (i == 0 ? lightmesh_cache_is_unit(normal) : !has_smooth)
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        if (i == 1 ? lightmesh_cache_is_unit(normal) : !has_smooth)
             continue;
-        vec3 unit = lightmesh_cache_unit(i == 0 ? normal : shading_normal);
-        if (i == 0)
+        vec3 unit = lightmesh_cache_unit(i == 1 ? normal : shading_normal);
+        if (i == 1)
             at.normal = unit;
         else
             at.smooth_normal = unit;
@@ -397,6 +512,7 @@ const uint lightmesh_cache_directional = 1u;
 const uint lightmesh_cache_has_cone = 2u;
 const uint lightmesh_cache_wide_cone = 4u;
 const uint lightmesh_cache_rectangle = 8u;
+const uint lightmesh_cache_has_range = 16u;
 
 uvec4 lightmesh_cache_light(uint light, uint part) {
     return lightmesh_cache_head[lightmesh_cache_head[1].z + 6u * light + part];
@@ -434,8 +550,21 @@ bool lightmesh_cache_in_range(vec3 at, float range, vec3 point) {
                                   lightmesh_cache_double_dot(doubles, doubles));
 }
 
+// In floats where those are sure, else in doubles.
 bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 offset) {
     uvec4 first = lightmesh_cache_light(light, 2u), second = lightmesh_cache_light(light, 3u);
+    vec3 about = vec3(lightmesh_double_to_float(first.xy), lightmesh_double_to_float(first.zw),
+                      lightmesh_double_to_float(second.xy));
+    float slope = lightmesh_double_to_float(second.zw);
+    float before = dot(about, offset);
+    vec3 beside = cross(about, offset);
+    float over = dot(beside, beside) - slope * before * before;
+    bool is_front = before > 2e-6 * (abs(offset.x) + abs(offset.y) + abs(offset.z)) + 1e-30;
+    bool is_back = before < -2e-6 * (abs(offset.x) + abs(offset.y) + abs(offset.z)) - 1e-30;
+    if (is_wide ? is_front : is_back)
+        return is_wide;
+    if ((is_wide ? is_back : is_front) && abs(over) > (1e-5 * dot(offset, offset) + 1e-30) * (1.0 + slope))
+        return (over < 0.0) != is_wide;
     LightMeshCacheDoubles axis = LightMeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
     LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
     uvec2 along = lightmesh_cache_double_dot(axis, w);
@@ -444,14 +573,14 @@ bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 offset) {
         return is_wide;
     // The square of cross(axis, offset).
     LightMeshCacheDoubles across;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < lightmesh_cache_three(); ++i) {
         int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
         across.x[i] = lightmesh_double_subtract(lightmesh_double_multiply(axis.x[u], w.x[v]),
                                                 lightmesh_double_multiply(w.x[u], axis.x[v]));
     }
     uvec2 squared = lightmesh_cache_double_dot(across, across);
     uvec2 limit = second.zw;
-    for (int i = 0; i < 2; ++i)
+    for (int i = 1; i < lightmesh_cache_three(); ++i)
         limit = lightmesh_double_multiply(limit, along);
     return is_wide ? !lightmesh_double_less(squared, limit) : !lightmesh_double_less(limit, squared);
 }
@@ -460,9 +589,10 @@ bool lightmesh_cache_can_reach(uint light, vec3 point, vec3 normal) {
     uvec4 head = lightmesh_cache_light(light, 0u);
     vec3 at = uintBitsToFloat(head.xyz);
     uint kind = head.w;
-    float range = uintBitsToFloat(lightmesh_cache_light(light, 1u).x);
-    if (!lightmesh_cache_faces(at, (kind & lightmesh_cache_directional) != 0u, point, normal) ||
-        (range < 1e19 && !lightmesh_cache_in_range(at, range, point)))
+    if (!lightmesh_cache_faces(at, (kind & lightmesh_cache_directional) != 0u, point, normal))
+        return false;
+    if ((kind & lightmesh_cache_has_range) != 0u &&
+        !lightmesh_cache_in_range(at, uintBitsToFloat(lightmesh_cache_light(light, 1u).x), point))
         return false;
     precise vec3 offset = point - at;
     return (kind & lightmesh_cache_has_cone) == 0u ||
@@ -482,31 +612,57 @@ void lightmesh_cache_add(inout uvec2 lights, uint l) {
 // Which of the asked lights of a tile can reach the point, chi of equation (3), range and cone: by its normal, and by
 // its smooth one.
 uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
-    uvec2 found[2] = uvec2[2](uvec2(0u), uvec2(0u));
-    uint count = lightmesh_cache_tile_size(tile) * (at.is_smooth ? 2u : 1u);
-    for (uint i = 0u; i < count; ++i) {
-        uint turn = at.is_smooth ? i & 1u : 0u, l = at.is_smooth ? i >> 1 : i;
-        if (lightmesh_cache_has(asked, l) &&
-            lightmesh_cache_can_reach(64u * tile + l, at.position, turn == 0u ? at.normal : at.smooth_normal))
-            lightmesh_cache_add(found[turn], l);
+    uvec4 found = uvec4(0u);
+    uint turns = at.is_smooth ? 2u : 1u;
+    for (uint turn = 0u; turn < turns; ++turn) {
+        vec3 normal = turn == 0u ? at.normal : at.smooth_normal;
+        uvec2 reaching = uvec2(0u);
+        for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
+            if (lightmesh_cache_has(asked, l) && lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
+                lightmesh_cache_add(reaching, l);
+        found = turn == 0u ? uvec4(reaching, 0u, 0u) : uvec4(found.xy, reaching);
     }
-    return uvec4(found[0], found[1]);
+    return found;
 }
 
 // ---- records
 
-// Where a key's record stands, or 0. `what`: kind and facing.
-uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
+// What a cell is of: a facing, and the axis of that.
+int lightmesh_cache_axis(int facing) {
+    return facing >> 1;
+}
+// A vector's components along the facing's axis, and along the two that follow in cyclic order; and back.
+vec3 lightmesh_cache_turned(vec3 v, int axis) {
+    return axis == 0 ? v : axis == 1 ? v.yzx : v.zxy;
+}
+ivec3 lightmesh_cache_turned_back(ivec3 v, int axis) {
+    return axis == 0 ? v : axis == 1 ? v.zxy : v.yzx;
+}
+
+uint lightmesh_cache_hash(uvec3 key) {
+    uint hash = key.x * 0x8da6b343u + key.y * 0xd8163841u + key.z * 0xcb1ab31fu;
+    hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
+    return hash ^ hash >> 13;
+}
+
+uvec3 lightmesh_cache_key(ivec3 index, uint what, int level) {
     uvec3 key = uvec3(index) & 0x07ffffffu;
     key.x |= what << 27;
     key.y |= uint(level) << 27;
-    uint hash = key.x * 0x8da6b343u + key.y * 0xd8163841u + key.z * 0xcb1ab31fu;
-    hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
-    hash ^= hash >> 13;
-    uint mask = lightmesh_cache_head[0].z;
+    return key;
+}
+
+bool lightmesh_cache_is_other(uvec4 slot, uvec3 key) {
+    return slot.w != 0u && slot.xyz != key;
+}
+
+// Where a key's record stands, or 0. `what`: kind and facing.
+uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
+    uvec3 key = lightmesh_cache_key(index, what, level);
+    uint hash = lightmesh_cache_hash(key), mask = lightmesh_cache_head[0].z;
     // Not a loop that is left from within: there lavapipe of Mesa 22.3 misses keys.
     uvec4 slot = lightmesh_cache_slots[hash & mask];
-    while (slot.w != 0u && slot.xyz != key)
+    while (lightmesh_cache_is_other(slot, key))
         slot = lightmesh_cache_slots[++hash & mask];
     return slot.w;
 }
@@ -514,123 +670,253 @@ uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
 vec3 lightmesh_cache_record_position(uint record) {
     return uintBitsToFloat(lightmesh_cache_records[record].xyz);
 }
-bool lightmesh_cache_record_is_on_surface(uint record) {
-    return (lightmesh_cache_records[record + 1u].y & 1u) != 0u;
-}
-// Zero: there is no surface.
-vec3 lightmesh_cache_record_normal(uint record) {
-    uint xy = lightmesh_cache_records[record].w;
-    uvec4 more = lightmesh_cache_records[record + 1u];
+// By what a record's two words say; zero: there is no surface.
+vec3 lightmesh_cache_normal_of(uint xy, uvec4 more) {
     if ((more.y & 1u) == 0u)
         return vec3(0.0);
     ivec3 normal = ivec3(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16);
     precise vec3 unit = vec3(normal) * uintBitsToFloat(0x38000100u);  // 1 / 32767
     return unit;
 }
+vec3 lightmesh_cache_record_normal(uint record) {
+    return lightmesh_cache_normal_of(lightmesh_cache_records[record].w, lightmesh_cache_records[record + 1u]);
+}
 
 // The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known.
 uvec4 lightmesh_cache_record_row(uint record, uint tile) {
-    uvec4 more = lightmesh_cache_records[record + 1u];
-    for (uint i = 0u; i < more.w; ++i) {
-        uvec4 row = lightmesh_cache_records[record + 2u + i];
-        if ((row.x & 0x00ffffffu) == tile)
-            return row;
+    uint count = lightmesh_cache_records[record + 1u].w, i = 0u;
+    uvec4 row = uvec4(~0u);
+    while (i < count && (row.x & 0x00ffffffu) != tile) {
+        row = lightmesh_cache_records[record + 2u + i];
+        ++i;
     }
-    return uvec4(0u);
+    return (row.x & 0x00ffffffu) == tile ? row : uvec4(0u);
 }
 
-// The values of the four lights of a word of a tile, a byte each; 0 where they are not known.
-uint lightmesh_cache_row_word(uvec4 row, uint word) {
-    uint octets = row.x >> 24, octet = word >> 1;
+// The values of the eight lights of an octet of a tile, a byte each; 0 where they are not known. `row`: the octets that
+// there are, and the first one of them.
+uvec2 lightmesh_cache_row_octet(uint octets, uint first, uint octet) {
     if (((octets >> octet) & 1u) == 0u)
-        return 0u;
-    return lightmesh_cache_words[2u * (row.y + uint(bitCount(octets & ((1u << octet) - 1u)))) + (word & 1u)];
+        return uvec2(0u);
+    return lightmesh_cache_octets[first + uint(bitCount(octets & ((1u << octet) - 1u)))];
 }
 
 // ---- a cell of four records
 
 struct LightMeshCacheCell {
-    ivec2 corner;    // the least indices along u and v
-    ivec4 along;     // the indices along the axis of the records' facing
-    ivec2 at;        // the point's coordinates in the cell, of 2^15
-    uint records[4];
-    uint links;      // four bits: 0-1, 2-3, 0-2, 1-3
-    bool is_flat;    // whether all four records fit the point without further questions
-    int tap_count;
-    uint taps[8];    // records that serve the point, on surfaces or in the air
-    bool in_air[8];
-    uint weights[8]; // sum to 2^15
-    uvec4 rows[8];   // of a tile: see `lightmesh_cache_record_row`
-    uint missing;    // least share of the next level for lights that any of the records sees
-    uint lacks;      // why it is not known
+    ivec2 corner;  // the least indices along u and v
+    ivec4 along;   // the indices along the axis of the records' facing
+    ivec2 at;      // the point's coordinates in the cell, of 2^15
+    uvec4 records;
+    uint links;    // four bits: 0-1, 2-3, 0-2, 1-3
+    // The records that serve the point, on surfaces and in the air; where there is none, another one with weight 0.
+    uvec4 taps;
+    uvec4 air_taps;
+    uvec4 weights;  // sum to 2^15, with those in the air
+    uvec4 air_weights;
+    bool has_taps;
+    bool has_surface_taps;
+    bool has_air_taps;
+    uint missing;  // least share of the next level for lights that any of the records sees
+    uint lacks;    // why it is not known
 };
 // The one in work: passed from function to function it would be copied.
 LightMeshCacheCell lightmesh_cache_cell;
 
-ivec3 lightmesh_cache_axes(int facing) {
-    int axis = facing >> 1;
-    return ivec3(axis, axis == 2 ? 0 : axis + 1, axis == 0 ? 2 : axis - 1);
+ivec3 lightmesh_cache_index(int k, int axis) {
+    return lightmesh_cache_turned_back(ivec3(lightmesh_cache_pick(lightmesh_cache_cell.along, k),
+                                             lightmesh_cache_cell.corner.x + (k & 1),
+                                             lightmesh_cache_cell.corner.y + (k >> 1)),
+                                       axis);
 }
 
-ivec3 lightmesh_cache_index(int k, ivec3 axes) {
-    ivec3 index;
-    index[axes.x] = lightmesh_cache_cell.along[k];
-    index[axes.y] = lightmesh_cache_cell.corner.x + (k & 1);
-    index[axes.z] = lightmesh_cache_cell.corner.y + (k >> 1);
-    return index;
+// Where the records of the four corners stand, or 0, side by side: each takes a slot or two to be found.
+uvec4 lightmesh_cache_find_records(int axis, uint what, int level) {
+    uvec3 key_x = lightmesh_cache_key(lightmesh_cache_index(0, axis), what, level),
+          key_y = lightmesh_cache_key(lightmesh_cache_index(1, axis), what, level),
+          key_z = lightmesh_cache_key(lightmesh_cache_index(2, axis), what, level),
+          key_w = lightmesh_cache_key(lightmesh_cache_index(3, axis), what, level);
+    uvec4 hash = uvec4(lightmesh_cache_hash(key_x), lightmesh_cache_hash(key_y), lightmesh_cache_hash(key_z),
+                       lightmesh_cache_hash(key_w));
+    uint mask = lightmesh_cache_head[0].z;
+    uvec4 x = lightmesh_cache_slots[hash.x & mask], y = lightmesh_cache_slots[hash.y & mask],
+          z = lightmesh_cache_slots[hash.z & mask], w = lightmesh_cache_slots[hash.w & mask];
+    bvec4 is_other = bvec4(lightmesh_cache_is_other(x, key_x), lightmesh_cache_is_other(y, key_y),
+                           lightmesh_cache_is_other(z, key_z), lightmesh_cache_is_other(w, key_w));
+    while (any(is_other)) {
+        hash += uvec4(is_other);
+        if (is_other.x)
+            x = lightmesh_cache_slots[hash.x & mask];
+        if (is_other.y)
+            y = lightmesh_cache_slots[hash.y & mask];
+        if (is_other.z)
+            z = lightmesh_cache_slots[hash.z & mask];
+        if (is_other.w)
+            w = lightmesh_cache_slots[hash.w & mask];
+        is_other = bvec4(lightmesh_cache_is_other(x, key_x), lightmesh_cache_is_other(y, key_y),
+                         lightmesh_cache_is_other(z, key_z), lightmesh_cache_is_other(w, key_w));
+    }
+    return uvec4(x.w, y.w, z.w, w.w);
 }
 
-vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
-    vec3 point;
-    for (int axis = 0; axis < 3; ++axis)
-        point[axis] = lightmesh_double_to_float(lightmesh_double_add(
-            lightmesh_cache_level_origin(level, axis),
-            lightmesh_double_multiply(lightmesh_cache_level_step(level), lightmesh_double_of(index[axis]))));
+// origin + step * index as the nearest float, in pairs of floats; whether that is sure: of a double between it makes no
+// difference then.
+float lightmesh_cache_lattice_component(int index, uvec2 origin, float step, inout bool is_sure) {
+    float high_step = uintBitsToFloat(floatBitsToUint(step) & 0xfffff000u), low_step = step - high_step;
+    float high_index = float(index & ~4095), low_index = float(index & 4095);
+    precise float product = step * float(index);
+    precise float lost = ((high_step * high_index - product) + high_step * low_index + low_step * high_index) +
+                         low_step * low_index;
+    // The origin's first 24 bits, and what follows.
+    uint exponent = (origin.y >> 20) & 0x7ffu;
+    uint high_bits = (origin.y & 0x80000000u) | (((origin.y & 0x7fffffffu) - 0x38000000u) << 3 | origin.x >> 29);
+    bool is_normal = exponent >= 980u && exponent < 1100u;
+    float high = is_normal ? uintBitsToFloat(high_bits) : 0.0;
+    float low = is_normal ? float(origin.x & 0x1fffffffu) * uintBitsToFloat((exponent - 948u) << 23) : 0.0;
+    low = (origin.y & 0x80000000u) != 0u ? -low : low;
+    precise float sum = high + product, part = sum - high;
+    precise float rest = ((high - (sum - part)) + (product - part)) + (low + lost);
+    precise float point = sum + rest;
+    precise float slack = (abs(high) + abs(product)) * uintBitsToFloat(0x29800000u);  // 2^-44
+    precise float least = sum + (rest - slack), most = sum + (rest + slack);
+    is_sure = is_sure && (is_normal || origin.y == 0u) && abs(index) < 0x1000000 && step > 1e-20 && step < 1e20 &&
+              least == most;
     return point;
 }
 
-void lightmesh_cache_place(LightMeshCachePoint at, int facing, ivec3 axes, int level) {
+vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
+    float step = lightmesh_double_to_float(lightmesh_cache_level_step(level));
+    bool is_sure = true;
+    vec3 point = vec3(
+        lightmesh_cache_lattice_component(index.x, lightmesh_cache_level_origin(level, 0), step, is_sure),
+        lightmesh_cache_lattice_component(index.y, lightmesh_cache_level_origin(level, 1), step, is_sure),
+        lightmesh_cache_lattice_component(index.z, lightmesh_cache_level_origin(level, 2), step, is_sure));
+    for (int axis = 0; axis < lightmesh_cache_three() && !is_sure; ++axis) {
+        float component = lightmesh_double_to_float(lightmesh_double_add(
+            lightmesh_cache_level_origin(level, axis),
+            lightmesh_double_multiply(
+                lightmesh_cache_level_step(level),
+                lightmesh_double_of(axis == 0 ? index.x : axis == 1 ? index.y : index.z))));
+        point = vec3(axis == 0 ? component : point.x, axis == 1 ? component : point.y, axis == 2 ? component : point.z);
+    }
+    return point;
+}
+
+// ---- where the point lies: coordinates in steps, with 32 bits behind the point, of which all but some of the lowest are
+// sure; and in doubles where those decide.
+
+// 64 bits, the lower word first; `slack`: how far that may be from what doubles have.
+uvec2 lightmesh_cache_located(float position, int level, int axis, out uint slack) {
+    uvec2 per_step = lightmesh_cache_level_per_step(level), factor = lightmesh_double_bits(per_step);
+    uint bits = floatBitsToUint(position), exponent = (bits >> 23) & 255u, high, low, higher, lower;
+    uint mantissa = exponent == 0u ? 0u : 0x80000000u | bits << 8;
+    umulExtended(mantissa, factor.y, high, low);
+    umulExtended(mantissa, factor.x, higher, lower);
+    low += higher;
+    high += low < higher ? 1u : 0u;
+    // Of 64 bits the highest is worth 2^(both exponents + 1) at most.
+    int shift = 30 - (int(exponent) - 127 + lightmesh_double_exponent(per_step));
+    bool is_sure = shift >= 0 && (lightmesh_cache_head[0].w & 1024u) != 0u;
+    uint by = uint(clamp(shift, 0, 63)), part = by & 31u;
+    uvec2 located = uvec2(low >> part | (high << 1) << (31u - part), high >> part);
+    located = by >= 32u ? uvec2(located.y, 0u) : located;
+    if ((bits & 0x80000000u) != 0u)
+        located = uvec2(0u - located.x, ~located.y + (located.x == 0u ? 1u : 0u));
+    uvec2 origin = lightmesh_cache_level_origin_in_steps(level, axis);
+    located = uvec2(located.x - origin.x, located.y - origin.y - (located.x < origin.x ? 1u : 0u));
+    slack = is_sure ? 6u + (uint(abs(int(located.y))) >> 19) : 0x40000000u;
+    return located;
+}
+
+// In doubles.
+void lightmesh_cache_place_exactly(LightMeshCachePoint at, int facing, int level) {
     bool is_up = (facing & 1) == 0;
-    uvec2 height;
-    ivec2 corner;
-    vec2 fraction;
-    for (int i = 0; i < 3; ++i) {
-        int axis = axes[i];
-        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(at.position[axis]),
-                                                    lightmesh_cache_level_origin(level, axis));
+    int first_axis = lightmesh_cache_axis(facing);
+    vec3 position = lightmesh_cache_turned(at.position, first_axis), n = lightmesh_cache_turned(at.normal, first_axis);
+    uvec2 height = uvec2(0u);
+    ivec2 corner = ivec2(0);
+    vec2 fraction = vec2(0.0);
+    for (int i = 0; i < lightmesh_cache_three(); ++i) {
+        int axis = first_axis + i - (first_axis + i > 2 ? 3 : 0);
+        uvec2 offset = lightmesh_double_subtract(lightmesh_double_of(lightmesh_cache_pick(position, i)),
+                                                 lightmesh_cache_level_origin(level, axis));
         uvec2 located = lightmesh_double_multiply(offset, lightmesh_cache_level_per_step(level));
         if (i == 0) {
             height = is_up ? lightmesh_double_negate(located) : located;
-        } else {
-            corner[i - 1] = lightmesh_double_floor(located);
-            fraction[i - 1] = lightmesh_double_to_float(
-                lightmesh_double_subtract(located, lightmesh_double_of(corner[i - 1])));
+            continue;
         }
+        int whole = lightmesh_double_floor(located);
+        float part = lightmesh_double_to_float(lightmesh_double_subtract(located, lightmesh_double_of(whole)));
+        corner = i == 1 ? ivec2(whole, 0) : ivec2(corner.x, whole);
+        fraction = i == 1 ? vec2(part, 0.0) : vec2(fraction.x, part);
     }
     lightmesh_cache_cell.corner = corner;
     lightmesh_cache_cell.at = ivec2(int(fraction.x * 32768.0), int(fraction.y * 32768.0));
-    // How far the tangent plane rises from the corners to the point, along u and v.
-    vec3 n = at.normal;
-    bool is_level = n[axes.y] == 0.0 && n[axes.z] == 0.0;
-    uvec2 rise[4];
-    for (int i = 0; i < 4 && !is_level; ++i) {
-        precise float offset = fraction[i >> 1] - ((i & 1) != 0 ? 1.0 : 0.0);
-        float slope = lightmesh_float_divide(n[axes[1 + (i >> 1)]], n[axes.x]);
-        rise[i] = lightmesh_double_multiply(lightmesh_double_of(is_up ? offset : -offset),
-                                            lightmesh_double_of(slope));
-    }
-    // The first lattice index at least a quarter before the plane.
-    for (int k = 0; k < 4; ++k) {
-        if (is_level && k > 0) {
-            lightmesh_cache_cell.along[k] = lightmesh_cache_cell.along.x;
-            continue;
+    // How far the tangent plane rises from the corners to the point, along u and v: the first lattice index at least a
+    // quarter before the plane.
+    bool is_level = n.y == 0.0 && n.z == 0.0;
+    for (int k = 0; k < 1 + lightmesh_cache_three(); ++k) {
+        uvec2 plane = height, rises = uvec2(0u);
+        for (int i = 1; i < lightmesh_cache_three() && !is_level; ++i) {
+            bool is_far = (i == 1 ? k & 1 : k >> 1) != 0;
+            precise float offset = (i == 1 ? fraction.x : fraction.y) - (is_far ? 1.0 : 0.0);
+            float slope = lightmesh_cache_divide(i == 1 ? n.y : n.z, n.x);
+            uvec2 rise = lightmesh_double_multiply(lightmesh_double_of(is_up ? offset : -offset),
+                                                   lightmesh_double_of(slope));
+            rises = i == 1 ? rise : lightmesh_double_add(rises, rise);
         }
-        uvec2 plane = height;
         if (!is_level)
-            plane = lightmesh_double_subtract(height, lightmesh_double_add(rise[k & 1], rise[2 + (k >> 1)]));
+            plane = lightmesh_double_subtract(height, rises);
         int below = lightmesh_double_floor(lightmesh_double_subtract(plane, uvec2(0u, 0x3fd00000u)));
-        lightmesh_cache_cell.along[k] = is_up ? -below : below;
+        int index = is_up ? -below : below;
+        lightmesh_cache_cell.along =
+            ivec4(k == 0 ? index : lightmesh_cache_cell.along.x, k == 1 ? index : lightmesh_cache_cell.along.y,
+                  k == 2 ? index : lightmesh_cache_cell.along.z, k == 3 ? index : lightmesh_cache_cell.along.w);
     }
+}
+
+// The integer below a height less a quarter and what a plane rises; whether that is sure is added to.
+int lightmesh_cache_below(uvec2 height, float rise, uint slack, inout bool is_sure) {
+    int rises = int(rise * 268435456.0);
+    uvec2 less = uvec2(uint(rises) << 4, uint(rises >> 28));
+    less += uvec2(0x40000000u, less.x >= 0xc0000000u ? 1u : 0u);
+    uint part = height.x - less.x;
+    is_sure = is_sure && part >= slack && part <= ~slack;
+    return int(height.y - less.y - (height.x < less.x ? 1u : 0u));
+}
+
+void lightmesh_cache_place(LightMeshCachePoint at, int facing, int level) {
+    bool is_up = (facing & 1) == 0;
+    int axis = lightmesh_cache_axis(facing);
+    vec3 position = lightmesh_cache_turned(at.position, axis), n = lightmesh_cache_turned(at.normal, axis);
+    uvec3 slack;
+    uvec2 height = lightmesh_cache_located(position.x, level, axis, slack.x);
+    uvec2 u = lightmesh_cache_located(position.y, level, axis == 2 ? 0 : axis + 1, slack.y);
+    uvec2 v = lightmesh_cache_located(position.z, level, axis == 0 ? 2 : axis - 1, slack.z);
+    if (is_up)
+        height = uvec2(0u - height.x, ~height.y + (height.x == 0u ? 1u : 0u));
+    uvec2 parts = uvec2(u.x, v.x);
+    // 2^-32; a float of 24 bits, as doubles are rounded to.
+    vec2 fraction = vec2(parts) * uintBitsToFloat(0x2f800000u);
+    ivec2 in_cell = ivec2(fraction * 32768.0);
+    ivec2 least = ivec2(vec2(parts - slack.yz) * uintBitsToFloat(0x37000000u)),
+          most = ivec2(vec2(parts + slack.yz) * uintBitsToFloat(0x37000000u));  // 2^-17
+    bool is_sure = all(greaterThanEqual(parts, slack.yz)) && all(lessThanEqual(parts, ~slack.yz)) &&
+                   least == in_cell && most == in_cell;
+    lightmesh_cache_cell.corner = ivec2(u.y, v.y);
+    lightmesh_cache_cell.at = in_cell;
+    vec2 slope = n.yz / (is_up ? n.x : -n.x);
+    vec2 close = fraction * slope, distant = (fraction - 1.0) * slope;
+    // What floats lose of slopes and rises, many times over: 2^-18.
+    uint loss = slack.x + 16384u;
+    lightmesh_cache_cell.along = ivec4(lightmesh_cache_below(height, close.x + close.y, loss, is_sure),
+                                       lightmesh_cache_below(height, distant.x + close.y, loss, is_sure),
+                                       lightmesh_cache_below(height, close.x + distant.y, loss, is_sure),
+                                       lightmesh_cache_below(height, distant.x + distant.y, loss, is_sure));
+    if (is_up)
+        lightmesh_cache_cell.along = -lightmesh_cache_cell.along;
+    if (!is_sure)
+        lightmesh_cache_place_exactly(at, facing, level);
 }
 
 bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
@@ -642,29 +928,41 @@ bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
 #endif
 }
 
-// Which neighbouring columns have a free segment between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v.
-void lightmesh_cache_find_links(ivec3 axes, int level) {
-    lightmesh_cache_cell.links = 0u;
+// A link that no record keeps.
+bool lightmesh_cache_trace_link(int from, int to, int start, int end, int axis, int level) {
+    vec3 ends[2];
+    for (int k = 0; k < 2; ++k) {
+        ivec3 index = lightmesh_cache_turned_back(
+            ivec3(k == 0 ? start : end, lightmesh_cache_cell.corner.x + ((k == 0 ? from : to) & 1),
+                  lightmesh_cache_cell.corner.y + ((k == 0 ? from : to) >> 1)),
+            axis);
+        ends[k] = lightmesh_cache_lattice_point(index, level);
+    }
+    return lightmesh_cache_is_open(ends[0], ends[1], lightmesh_cache_cell.lacks);
+}
+
+// Which neighbouring columns have a free segment between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v. By the links
+// and the lattice indices of the records.
+void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
+    uint links = 0u, untraced = 0u;
     for (int i = 0; i < 4; ++i) {
         int from = i == 0 ? 0 : i == 2 ? 0 : i == 1 ? 2 : 1, to = from + (i < 2 ? 1 : 2);
-        uvec4 more = lightmesh_cache_records[lightmesh_cache_cell.records[from] + 1u];
-        int start = int(more.y) >> 1, end = int(lightmesh_cache_records[lightmesh_cache_cell.records[to] + 1u].y) >> 1;
-        int rise = end - start;
+        int rise = ends[to] - ends[from];
         if (rise < -1 || rise > 1)
             continue;
-        uint links = more.x >> (16 + (i < 2 ? 0 : 3) + rise + 1);
-        bool is_open = ((links >> 6) & 1u) != 0u;
-        if ((links & 1u) == 0u) {
-            vec3 ends[2];
-            for (int k = 0; k < 2; ++k) {
-                ivec3 index = lightmesh_cache_index(k == 0 ? from : to, axes);
-                index[axes.x] = k == 0 ? start : end;
-                ends[k] = lightmesh_cache_lattice_point(index, level);
-            }
-            is_open = lightmesh_cache_is_open(ends[0], ends[1], lightmesh_cache_cell.lacks);
-        }
-        lightmesh_cache_cell.links |= is_open ? 1u << i : 0u;
+        uint of_rise = kept[from] >> (16 + (i < 2 ? 0 : 3) + rise + 1);
+        links |= ((of_rise >> 6) & of_rise & 1u) << i;
+        untraced |= (~of_rise & 1u) << i;
     }
+    while (untraced != 0u) {
+        int i = findLSB(untraced);
+        untraced &= untraced - 1u;
+        int from = i == 0 ? 0 : i == 2 ? 0 : i == 1 ? 2 : 1, to = from + (i < 2 ? 1 : 2);
+        bool is_open = lightmesh_cache_trace_link(from, to, lightmesh_cache_pick(ends, from),
+                                                  lightmesh_cache_pick(ends, to), axis, level);
+        links |= is_open ? 1u << i : 0u;
+    }
+    lightmesh_cache_cell.links = links;
 }
 
 bool lightmesh_cache_is_same(vec3 a, vec3 b) {
@@ -672,205 +970,266 @@ bool lightmesh_cache_is_same(vec3 a, vec3 b) {
     return d.x < 1e-4 && d.y < 1e-4 && d.z < 1e-4;
 }
 
-// How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them.
-uint lightmesh_cache_fit(uint record, LightMeshCachePoint at, int level) {
-    if (!lightmesh_cache_record_is_on_surface(record))
-        return 0u;
-    precise vec3 offset = lightmesh_cache_record_position(record) - at.position;
-    vec3 normal = lightmesh_cache_record_normal(record);
+// How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them. In doubles.
+uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint at, int level) {
     // Before the point's plane, before the record's, and the cosine between.
-    uvec2 dots[3];
-    for (int i = 0; i < 3; ++i)
-        dots[i] = lightmesh_cache_double_dot(lightmesh_cache_doubles(i == 2 ? normal : offset),
-                                             lightmesh_cache_doubles(i == 1 ? normal : at.normal));
-    int shares[2];
-    for (int i = 0; i < 2; ++i) {
-        uvec2 from = i == 0 ? lightmesh_cache_level_near(level) : dots[2];
-        uvec2 less = i == 0 ? lightmesh_double_abs(dots[0]) : uvec2(0xcccccccdu, 0x3fe4ccccu);            // .65
-        uvec2 by = i == 0 ? lightmesh_cache_level_per_fifth(level) : uvec2(0u, 0x40240000u);  // 10
-        uvec2 part = lightmesh_double_multiply(lightmesh_double_subtract(from, less), by);
-        shares[i] = 0;
-        if (!lightmesh_double_is_negative(part))
-            shares[i] = lightmesh_double_less(part, lightmesh_cache_one)
-                            ? lightmesh_double_floor(lightmesh_double_scale(part, 8))
-                            : 256;
+    uvec2 before = uvec2(0u), before_record = uvec2(0u), cosine = uvec2(0u);
+    for (int i = 0; i < lightmesh_cache_three(); ++i) {
+        uvec2 product = lightmesh_cache_double_dot(lightmesh_cache_doubles(i == 2 ? normal : offset),
+                                                   lightmesh_cache_doubles(i == 1 ? normal : at.normal));
+        if (i == 0)
+            before = product;
+        else if (i == 1)
+            before_record = product;
+        else
+            cosine = product;
     }
-    uint share = uint(shares[0] * shares[1] >> 8);
+    int share = 256;
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        uvec2 from = i == 1 ? lightmesh_cache_level_near(level) : cosine;
+        uvec2 less = i == 1 ? lightmesh_double_abs(before) : uvec2(0xcccccccdu, 0x3fe4ccccu);  // .65
+        uvec2 by = i == 1 ? lightmesh_cache_level_per_fifth(level) : uvec2(0u, 0x40240000u);   // 10
+        uvec2 part = lightmesh_double_multiply(lightmesh_double_subtract(from, less), by);
+        int of_part = 0;
+        if (!lightmesh_double_is_negative(part))
+            of_part = lightmesh_double_less(part, lightmesh_cache_one)
+                          ? lightmesh_double_floor(lightmesh_double_scale(part, 8))
+                          : 256;
+        share = share * of_part >> 8;
+    }
     uvec2 least = lightmesh_double_add(
         lightmesh_cache_level_least(level),
         lightmesh_double_scale(lightmesh_double_of(lightmesh_cache_largest(at.position)), -21));
-    bool is_suspect = lightmesh_double_less(least, dots[0]) && lightmesh_double_less(least, dots[1]);
-    return share | (is_suspect ? 512u : 0u);
+    bool is_suspect = lightmesh_double_less(least, before) && lightmesh_double_less(least, before_record);
+    return uint(share) | (is_suspect ? 512u : 0u);
+}
+
+// The same by floats; 1024 more where those can't tell.
+uint lightmesh_cache_fit(vec3 offset, vec3 normal, LightMeshCachePoint at, vec4 limits) {
+    vec3 to_point = offset * at.normal, to_record = offset * normal, between = normal * at.normal;
+    float before = to_point.x + to_point.y + to_point.z, before_record = to_record.x + to_record.y + to_record.z,
+          cosine = between.x + between.y + between.z;
+    vec3 slack = 5e-7 * vec3(abs(to_point.x) + abs(to_point.y) + abs(to_point.z),
+                             abs(to_record.x) + abs(to_record.y) + abs(to_record.z),
+                             abs(between.x) + abs(between.y) + abs(between.z)) + 1e-36;
+    vec2 parts = vec2((limits.x - abs(before)) * limits.y, (cosine - 0.65) * 10.0);
+    vec2 unsure = vec2((slack.x + 3e-7 * (limits.x + abs(before))) * limits.y, 10.0 * (slack.z + 1e-6));
+    ivec2 least = ivec2(256.0 * clamp(parts - unsure, 0.0, 1.0)), most = ivec2(256.0 * clamp(parts + unsure, 0.0, 1.0));
+    bool is_sure = least == most || most.x == 0 || most.y == 0;
+    float over = before - limits.z, over_record = before_record - limits.z;
+    float loss = slack.x + 3e-7 * limits.z, loss_record = slack.y + 3e-7 * limits.z;
+    bool is_surely_not = over < -loss || over_record < -loss_record, is_suspect = over > loss && over_record > loss_record;
+    return uint(most.x * most.y >> 8) | (is_suspect ? 512u : 0u) |
+           (is_sure && (is_suspect || is_surely_not) ? 0u : 1024u);
 }
 
 // Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
 // over links.
-uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint at,
-                                ivec3 axes, int level, inout uint lacks) {
+uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint at, int axis, int level,
+                                inout uint lacks) {
     vec3 end = lightmesh_cache_off_surface(at.position, at.normal, level);
     uint seen = 0u;
     bool is_any_open = false;
-    for (int turn = 0; turn < 4; ++turn) {
-        int k = 0;
-        for (int i = 0; i < 4; ++i) {
-            int heavier = 0;
-            for (int other = 0; other < 4; ++other)
-                heavier += weights[other] > weights[i] || (weights[other] == weights[i] && other < i) ? 1 : 0;
-            if (heavier == turn)
-                k = i;
-        }
+    uint order = 0u;  // which is the n-th heaviest: four bits each
+    for (int i = 0; i < 4; ++i) {
+        int heavier = 0;
+        for (int other = 0; other < 4; ++other)
+            heavier += weights[other] > weights[i] || (weights[other] == weights[i] && other < i) ? 1 : 0;
+        order |= uint(i) << (4 * heavier);
+    }
+    for (int turn = 0; turn < 1 + lightmesh_cache_three(); ++turn) {
+        int k = int(order >> (4 * turn)) & 3;
         bool is_suspect = ((suspect >> k) & 1u) != 0u;
         if (is_any_open && !is_suspect)
             continue;
-        vec3 to = lightmesh_cache_lattice_point(lightmesh_cache_index(k, axes), level);
+        vec3 to = lightmesh_cache_lattice_point(lightmesh_cache_index(k, axis), level);
         bool is_open = lightmesh_cache_is_open(end, to, lacks);
         seen |= is_open ? 1u << k : 0u;
         is_any_open = is_any_open || (is_open && !is_suspect);
     }
-    const uint ends[4] = uint[4](3u, 12u, 5u, 10u);
     for (int pass = 0; pass < 3; ++pass)
-        for (int link = 0; link < 4; ++link)
-            if (((lightmesh_cache_cell.links >> link) & 1u) != 0u && (suspect & ends[link]) == 0u &&
-                (seen & ends[link]) != 0u)
-                seen |= ends[link];
+        for (int link = 0; link < 4; ++link) {
+            uint ends = link == 0 ? 3u : link == 1 ? 12u : link == 2 ? 5u : 10u;
+            if (((lightmesh_cache_cell.links >> link) & 1u) != 0u && (suspect & ends) == 0u && (seen & ends) != 0u)
+                seen |= ends;
+        }
     return seen;
 }
 
-// Makes the weights sum to 2^15; so far they have any sum, below 2^27.
+// Of 2^15 what a weight of a sum is, rounded down; below 2^27.
+uint lightmesh_cache_part_of(uint weight, uint sum) {
+    uint part = uint(float(weight) / float(sum) * 32768.0);
+    int rest = int((weight << 15) - part * sum);
+    return rest < 0 ? part - 1u : rest >= int(sum) ? part + 1u : part;
+}
+
+// Makes the weights sum to 2^15; so far they have any sum, below 2^27. The rest is the heaviest one's, the first of
+// those.
 void lightmesh_cache_set_weights() {
-    uint sum = 0u, greatest = 0u;
-    int heaviest = 0;
-    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
-        uint weight = lightmesh_cache_cell.weights[k];
-        sum += weight;
-        if (weight > greatest) {
-            greatest = weight;
-            heaviest = k;
-        }
-    }
+    uvec4 on = lightmesh_cache_cell.weights, above = lightmesh_cache_cell.air_weights;
+    uvec4 both = on + above, most = max(on, above);
+    uint sum = both.x + both.y + both.z + both.w;
+    uint greatest = max(max(most.x, most.y), max(most.z, most.w));
     uint rest = 32768u;
-    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
-        uint left = lightmesh_cache_cell.weights[k], weight = left == sum ? 32768u : 0u;
-        for (int bit = 14; bit >= 0 && weight < 32768u; --bit) {
-            left <<= 1;
-            if (left >= sum) {
-                left -= sum;
-                weight |= 1u << bit;
-            }
-        }
-        lightmesh_cache_cell.weights[k] = weight;
-        rest -= weight;
+    bool is_open = true;
+    for (int k = 0; k < 4; ++k) {
+        lightmesh_cache_cell.weights[k] = lightmesh_cache_part_of(on[k], sum);
+        lightmesh_cache_cell.air_weights[k] = lightmesh_cache_part_of(above[k], sum);
+        rest -= lightmesh_cache_cell.weights[k] + lightmesh_cache_cell.air_weights[k];
     }
-    lightmesh_cache_cell.weights[heaviest] += rest;
+    for (int k = 0; k < 4; ++k) {
+        lightmesh_cache_cell.weights[k] += is_open && on[k] == greatest ? rest : 0u;
+        is_open = is_open && on[k] != greatest;
+        lightmesh_cache_cell.air_weights[k] += is_open && above[k] == greatest ? rest : 0u;
+        is_open = is_open && above[k] != greatest;
+    }
 }
 
-void lightmesh_cache_add_tap(uint record, bool in_air, uint weight) {
-    lightmesh_cache_cell.taps[lightmesh_cache_cell.tap_count] = record;
-    lightmesh_cache_cell.in_air[lightmesh_cache_cell.tap_count] = in_air;
-    lightmesh_cache_cell.weights[lightmesh_cache_cell.tap_count] = weight;
-    ++lightmesh_cache_cell.tap_count;
+uint lightmesh_cache_first_of(uvec4 some) {
+    return some.x != 0u ? some.x : some.y != 0u ? some.y : some.z != 0u ? some.z : some.w;
 }
 
-void lightmesh_cache_make_taps(inout LightMeshCachePoint at, int turn, int facing, ivec3 axes, int level) {
-    ivec2 uv = lightmesh_cache_cell.at;
-    int both = int(uint(uv.x) * uint(uv.y) >> 15);
-    ivec4 weights = ivec4(32768 - uv.x - uv.y + both, uv.x - both, uv.y - both, both);
-    lightmesh_cache_cell.missing = 0u;
-    lightmesh_cache_cell.tap_count = 0;
-    if (lightmesh_cache_cell.is_flat) {
-        for (int k = 0; k < 4; ++k)
-            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], false, uint(weights[k]));
-        return;
-    }
-    ivec4 fits;
-    uint suspect = 0u;
-    bool fits_all = true;
-    for (int k = 0; k < 4; ++k) {
-        uint fit = lightmesh_cache_fit(lightmesh_cache_cell.records[k], at, level);
-        fits[k] = int(fit & 511u);
-        suspect |= (fit >> 9) << k;
-        fits_all = fits_all && fits[k] > 0;
-    }
-    uint seen = 15u;
-    if (!fits_all || suspect != 0u || lightmesh_cache_cell.links != 15u) {
-        int traced = level - at.first_level;
-        if (((at.traced[turn] >> traced) & 1u) == 0u) {
-            uint lacks = 0u;
-            seen = lightmesh_cache_trace_seen(suspect, weights, at, axes, level, lacks);
-            if (lacks != 0u) {
-                lightmesh_cache_cell.lacks |= lacks;
-                return;
-            }
-            at.traced[turn] |= 1u << traced;
-            at.seen[turn] |= seen << (4 * traced);
-        }
-        seen = (at.seen[turn] >> (4 * traced)) & 15u;
-    }
-    int served = 0;
-    for (int k = 0; k < 4; ++k) {
-        if (((seen >> k) & 1u) == 0u)
-            continue;
-        served += weights[k] * fits[k] >> 8;
-        uint weight = uint(weights[k]) + 1u;
-        if (fits[k] > 0)
-            lightmesh_cache_add_tap(lightmesh_cache_cell.records[k], false, 10u * weight * uint(fits[k]));
-        if (fits[k] == 256)
-            continue;
-        uint air = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), 6u + uint(facing), level);
-        if (air == 0u) {
-            lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
-            return;
-        }
-        lightmesh_cache_add_tap(air, true, 3u * weight * uint(256 - fits[k]));
-    }
-    if (lightmesh_cache_cell.tap_count > 0)
-        lightmesh_cache_set_weights();
-    lightmesh_cache_cell.missing = level < 11 ? uint(min(5 * (32768 - served), 32768)) : 0u;
+uvec4 lightmesh_cache_filled(uvec4 some, uint other) {
+    return uvec4(some.x != 0u ? some.x : other, some.y != 0u ? some.y : other, some.z != 0u ? some.z : other,
+                 some.w != 0u ? some.w : other);
 }
 
 // The cell of a level about the point, with the records that serve it.
 void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level) {
-    int facing = at.facings[turn];
-    ivec3 axes = lightmesh_cache_axes(facing);
+    int facing = turn == 0 ? at.facings.x : turn == 1 ? at.facings.y : at.facings.z;
+    int axis = lightmesh_cache_axis(facing);
     lightmesh_cache_cell.lacks = 0u;
-    lightmesh_cache_cell.tap_count = 0;
     lightmesh_cache_cell.missing = 0u;
-    lightmesh_cache_cell.is_flat = false;
-    lightmesh_cache_place(at, facing, axes, level);
-    for (int k = 0; k < 4; ++k) {
-        lightmesh_cache_cell.records[k] = lightmesh_cache_find_record(lightmesh_cache_index(k, axes), uint(facing), level);
-        if (lightmesh_cache_cell.records[k] == 0u) {
-            lightmesh_cache_cell.lacks = lightmesh_cache_lacks_values;
-            return;
-        }
+    lightmesh_cache_cell.has_taps = lightmesh_cache_cell.has_air_taps = lightmesh_cache_cell.has_surface_taps = false;
+    lightmesh_cache_cell.air_weights = lightmesh_cache_cell.air_taps = uvec4(0u);
+    lightmesh_cache_place(at, facing, level);
+    uvec4 records = lightmesh_cache_find_records(axis, uint(facing), level);
+    lightmesh_cache_cell.records = records;
+    if (any(equal(records, uvec4(0u)))) {
+        lightmesh_cache_cell.lacks = lightmesh_cache_lacks_values;
+        return;
     }
-    lightmesh_cache_find_links(axes, level);
+    vec3 offsets[4], normals[4];
+    uvec4 links;
+    ivec4 ends;
+    uint on_surface = 0u;
+    vec3 position = vec3(0.0);
+    for (int k = 0; k < 4; ++k) {
+        uvec4 first = lightmesh_cache_records[records[k]], more = lightmesh_cache_records[records[k] + 1u];
+        if (k == 0)
+            position = uintBitsToFloat(first.xyz);
+        offsets[k] = uintBitsToFloat(first.xyz);
+        normals[k] = lightmesh_cache_normal_of(first.w, more);
+        links[k] = more.x;
+        ends[k] = int(more.y) >> 1;
+        on_surface |= (more.y & 1u) << k;
+    }
+    lightmesh_cache_find_links(links, ends, axis, level);
     if (lightmesh_cache_cell.lacks != 0u)
         return;
-    vec3 normal = lightmesh_cache_record_normal(lightmesh_cache_cell.records[0]);
-    vec3 position = lightmesh_cache_record_position(lightmesh_cache_cell.records[0]);
-    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.links == 15u &&
-                   lightmesh_cache_is_same(at.normal, normal);
+    // Whether all four records fit the point without further questions.
+    bool is_flat = lightmesh_cache_cell.links == 15u && on_surface == 15u &&
+                   lightmesh_cache_is_same(at.normal, normals[0]);
+    vec2 floats = lightmesh_cache_level_floats(level);
     float farthest = 0.0;
-    for (int k = 0; k < 4 && lightmesh_cache_cell.is_flat; ++k) {
-        lightmesh_cache_cell.is_flat = lightmesh_cache_record_is_on_surface(lightmesh_cache_cell.records[k]) &&
-                       lightmesh_cache_is_same(lightmesh_cache_record_normal(lightmesh_cache_cell.records[k]), normal);
-        precise vec3 offset = lightmesh_cache_record_position(lightmesh_cache_cell.records[k]) - position;
-        farthest = max(farthest, abs(lightmesh_cache_dot(normal, offset)));
+    for (int k = 1; k < 4; ++k) {
+        is_flat = is_flat && lightmesh_cache_is_same(normals[k], normals[0]);
+        precise vec3 offset = offsets[k] - position;
+        farthest = max(farthest, abs(lightmesh_cache_dot(normals[0], offset)));
     }
-    precise float slack = lightmesh_cache_level_floats(level).x - farthest;
-    precise vec3 offset = at.position - position;
-    lightmesh_cache_cell.is_flat = lightmesh_cache_cell.is_flat && abs(lightmesh_cache_dot(normal, offset)) < slack;
-    lightmesh_cache_make_taps(at, turn, facing, axes, level);
+    precise float slack = floats.x - farthest;
+    precise vec3 from_first = at.position - position;
+    is_flat = is_flat && abs(lightmesh_cache_dot(normals[0], from_first)) < slack;
+
+    ivec2 uv = lightmesh_cache_cell.at;
+    int product = int(uint(uv.x) * uint(uv.y) >> 15);
+    ivec4 weights = ivec4(32768 - uv.x - uv.y + product, uv.x - product, uv.y - product, product);
+    lightmesh_cache_cell.taps = records;
+    lightmesh_cache_cell.weights = uvec4(weights);
+    lightmesh_cache_cell.has_taps = lightmesh_cache_cell.has_surface_taps = true;
+    if (is_flat)
+        return;
+    vec4 limits = vec4(lightmesh_double_to_float(lightmesh_cache_level_near(level)),
+                       lightmesh_double_to_float(lightmesh_cache_level_per_fifth(level)),
+                       lightmesh_double_to_float(lightmesh_cache_level_least(level)) +
+                           lightmesh_cache_largest(at.position) * uintBitsToFloat(0x35000000u),  // 2^-21
+                       0.0);
+    ivec4 fits;
+    uint suspect = 0u, unsure = 0u;
+    for (int k = 0; k < 4; ++k) {
+        precise vec3 offset = offsets[k] - at.position;
+        uint fit = (on_surface >> k & 1u) != 0u ? lightmesh_cache_fit(offset, normals[k], at, limits) : 0u;
+        fits[k] = int(fit & 511u);
+        suspect |= (fit >> 9 & 1u) << k;
+        unsure |= fit >> 10 << k;
+    }
+    while (unsure != 0u) {
+        int k = findLSB(unsure);
+        unsure &= unsure - 1u;
+        uint record = lightmesh_cache_pick(records, k);
+        precise vec3 offset = lightmesh_cache_record_position(record) - at.position;
+        uint fit = lightmesh_cache_fit_exactly(offset, lightmesh_cache_record_normal(record), at, level);
+        int share = int(fit & 511u);
+        fits = ivec4(k == 0 ? share : fits.x, k == 1 ? share : fits.y, k == 2 ? share : fits.z, k == 3 ? share : fits.w);
+        suspect = (suspect & ~(1u << k)) | fit >> 9 << k;
+    }
+    uint seen = 15u;
+    if (any(equal(fits, ivec4(0))) || suspect != 0u || lightmesh_cache_cell.links != 15u) {
+        int traced = level - at.first_level;
+        uint turn_traced = turn == 0 ? at.traced.x : turn == 1 ? at.traced.y : at.traced.z;
+        uint turn_seen = turn == 0 ? at.seen.x : turn == 1 ? at.seen.y : at.seen.z;
+        if (((turn_traced >> traced) & 1u) == 0u) {
+            uint lacks = 0u;
+            seen = lightmesh_cache_trace_seen(suspect, weights, at, axis, level, lacks);
+            if (lacks != 0u) {
+                lightmesh_cache_cell.lacks |= lacks;
+                return;
+            }
+            turn_traced |= 1u << traced;
+            turn_seen |= seen << (4 * traced);
+            at.traced = uvec3(turn == 0 ? turn_traced : at.traced.x, turn == 1 ? turn_traced : at.traced.y,
+                              turn == 2 ? turn_traced : at.traced.z);
+            at.seen = uvec3(turn == 0 ? turn_seen : at.seen.x, turn == 1 ? turn_seen : at.seen.y,
+                            turn == 2 ? turn_seen : at.seen.z);
+        }
+        seen = (turn_seen >> (4 * traced)) & 15u;
+    }
+    // Where a record does not fit the point, another one in the air, at the point's plane, has its share.
+    uvec4 is_seen = uvec4(seen & 1u, seen >> 1 & 1u, seen >> 2 & 1u, seen >> 3);
+    uvec4 on_weights = is_seen * 10u * (uvec4(weights) + 1u) * uvec4(fits),
+          air_weights = is_seen * 3u * (uvec4(weights) + 1u) * uvec4(256 - fits);
+    ivec4 parts = ivec4(is_seen) * (weights * fits >> 8);
+    int served = parts.x + parts.y + parts.z + parts.w;
+    uvec4 air = uvec4(0u);
+    if (any(notEqual(air_weights, uvec4(0u)))) {
+        air = lightmesh_cache_find_records(axis, 6u + uint(facing), level);
+        if (any(equal(air * uvec4(notEqual(air_weights, uvec4(0u))) | uvec4(equal(air_weights, uvec4(0u))), uvec4(0u)))) {
+            lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
+            return;
+        }
+        air *= uvec4(notEqual(air_weights, uvec4(0u)));
+    }
+    records *= uvec4(notEqual(on_weights, uvec4(0u)));
+    uint any_record = lightmesh_cache_first_of(records), any_air = lightmesh_cache_first_of(air);
+    lightmesh_cache_cell.has_surface_taps = any_record != 0u;
+    lightmesh_cache_cell.has_air_taps = any_air != 0u;
+    lightmesh_cache_cell.has_taps = any_record != 0u || any_air != 0u;
+    lightmesh_cache_cell.taps = lightmesh_cache_filled(records, any_record != 0u ? any_record : any_air);
+    lightmesh_cache_cell.air_taps = lightmesh_cache_filled(air, any_air);
+    lightmesh_cache_cell.weights = on_weights;
+    lightmesh_cache_cell.air_weights = air_weights;
+    if (lightmesh_cache_cell.has_taps)
+        lightmesh_cache_set_weights();
+    lightmesh_cache_cell.missing = level < 11 ? uint(min(5 * (32768 - served), 32768)) : 0u;
 }
 
 // The probe of a cell, or 0.
-uint lightmesh_cache_find_probe(int facing, ivec3 axes, int level) {
-    ivec3 index = lightmesh_cache_index(0, axes);
+uint lightmesh_cache_find_probe(int facing, int level) {
     ivec4 along = lightmesh_cache_cell.along;
     int lowest = min(min(along.x, along.y), min(along.z, along.w));
     int highest = max(max(along.x, along.y), max(along.z, along.w));
-    index[axes.x] = (facing & 1) == 0 ? highest : lowest;
+    ivec3 index = lightmesh_cache_turned_back(ivec3((facing & 1) == 0 ? highest : lowest, lightmesh_cache_cell.corner),
+                                              lightmesh_cache_axis(facing));
     return lightmesh_cache_find_record(index, 12u + uint(facing), level);
 }
 
@@ -930,33 +1289,39 @@ bool lightmesh_cache_is_grazing(uint light, LightMeshCachePoint point, float sin
                                  lightmesh_double_multiply(lightmesh_double_of(sine_squared), squared));
 }
 
+// The n-th tap of the cell.
+uint lightmesh_cache_tap(int n) {
+    return n < 4 ? lightmesh_cache_pick(lightmesh_cache_cell.taps, n)
+                 : lightmesh_cache_pick(lightmesh_cache_cell.air_taps, n - 4);
+}
+
 // The lights about which the geometric normal of the point, or of a record that serves it, says something else than
 // the smooth surface does.
 uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
     float sine_squared = 0.0;
-    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
-        vec3 other = lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
-        if (lightmesh_cache_is_zero(other))
+    uvec2 cut = uvec2(0u);
+    for (int k = -1; k < (lightmesh_cache_cell.has_air_taps ? 8 : 4); ++k) {
+        vec3 position = at.position, normal = at.normal;
+        if (k >= 0) {
+            position = lightmesh_cache_record_position(lightmesh_cache_tap(k));
+            normal = lightmesh_cache_record_normal(lightmesh_cache_tap(k));
+        }
+        if (lightmesh_cache_is_zero(normal))
             continue;
-        precise float cosine = lightmesh_cache_dot(at.normal, other);
-        precise float squared = 1.0 - cosine * cosine;
-        sine_squared = max(sine_squared, squared);
+        if (k >= 0) {
+            precise float cosine = lightmesh_cache_dot(at.normal, normal);
+            precise float squared = 1.0 - cosine * cosine;
+            sine_squared = max(sine_squared, squared);
+        }
+        for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
+            if (lightmesh_cache_has(lights & ~cut, l) && lightmesh_cache_is_cut(64u * tile + l, position, normal))
+                lightmesh_cache_add(cut, l);
     }
     precise float limit = uintBitsToFloat(0x3f8147aeu) * sine_squared + uintBitsToFloat(0x358637bdu);  // 1.01, 1e-6
     uvec2 bent = uvec2(0u);
-    for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l) {
-        if (!lightmesh_cache_has(lights, l))
-            continue;
-        uint light = 64u * tile + l;
-        bool is_bent = false;
-        for (int k = -1; k < lightmesh_cache_cell.tap_count && !is_bent; ++k) {
-            vec3 position = k < 0 ? at.position : lightmesh_cache_record_position(lightmesh_cache_cell.taps[k]);
-            vec3 normal = k < 0 ? at.normal : lightmesh_cache_record_normal(lightmesh_cache_cell.taps[k]);
-            is_bent = !lightmesh_cache_is_zero(normal) && lightmesh_cache_is_cut(light, position, normal);
-        }
-        if (is_bent && lightmesh_cache_is_grazing(light, at, limit))
+    for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
+        if (lightmesh_cache_has(cut, l) && lightmesh_cache_is_grazing(64u * tile + l, at, limit))
             lightmesh_cache_add(bent, l);
-    }
     return bent;
 }
 
@@ -984,51 +1349,79 @@ struct LightMeshCacheLevel {
     uint force;   // least share of the next level
     uint fade;    // greatest share
     uint window;  // weight of the probe
-    uvec4 probe;  // its row
     bool is_last;
     bool has_shafts;  // whether rows of records on surfaces are shaft rows
 };
 
-// Adds what a level's records say of four lights: what `blend_level` of the library's kernels does.
-void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uint word, LightMeshCacheLevel level) {
-    uvec4 value = uvec4(0u), least = uvec4(255u), greatest = uvec4(0u), missed = uvec4(0u);
-    uint words[8];
-    for (int k = 0; k < lightmesh_cache_cell.tap_count; ++k) {
-        words[k] = lightmesh_cache_row_word(lightmesh_cache_cell.rows[k], word);
-        if (level.has_shafts && !lightmesh_cache_cell.in_air[k])
-            missed = max(missed, lightmesh_cache_bytes(lightmesh_cache_read_shaft(words[k])) *
-                                     min(8u * lightmesh_cache_cell.weights[k], 32768u));
-        uvec4 bytes = lightmesh_cache_bytes(words[k]);
-        value += lightmesh_cache_cell.weights[k] * bytes;
-        least = min(least, bytes);
-        greatest = max(greatest, bytes);
-    }
+// A word of what taps say of four lights: adds its share to the value and tells whether all taps say the same, and
+// whether any says anything.
+void lightmesh_cache_take(uint word, uint weight, uint first, inout uvec4 value, inout uint apart, inout uint any_seen) {
+    value += weight * lightmesh_cache_bytes(word);
+    apart |= word ^ first;
+    any_seen |= word;
+}
+
+uvec4 lightmesh_cache_apart(uint word, uint weight, uvec4 value) {
+    return uvec4(abs(ivec4(lightmesh_cache_bytes(word) << 8) - ivec4(value))) * min(4u * weight, 32768u);
+}
+
+// Adds what a level's records say of four lights: what `blend_level` of the library's kernels does. Words of the records
+// on surfaces, of those in the air, and of the probe.
+void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uvec4 words, uvec4 air_words, uint probe_word,
+                           LightMeshCacheLevel level) {
+    uvec4 weights = lightmesh_cache_cell.weights, air_weights = lightmesh_cache_cell.air_weights;
+    uvec4 missed = uvec4(0u);
+    if (level.has_shafts)
+        for (int k = 0; k < 4; ++k) {
+            uint word = words[k], misses = lightmesh_cache_read_shaft(word);
+            words[k] = word;
+            if (misses != 0u)
+                missed = max(missed, lightmesh_cache_bytes(misses) * min(8u * weights[k], 32768u));
+        }
+    uvec4 value = uvec4(0u);
+    uint apart = 0u, any_seen = 0u;
+    for (int k = 0; k < 4; ++k)
+        lightmesh_cache_take(words[k], weights[k], words.x, value, apart, any_seen);
+    if (lightmesh_cache_cell.has_air_taps)
+        for (int k = 0; k < 4; ++k)
+            lightmesh_cache_take(air_words[k], air_weights[k], words.x, value, apart, any_seen);
     value = (value + 64u) >> 7;
     if (level.is_last) {
         found += left * value;
         left = uvec4(0u);
         return;
     }
-    uvec4 spread = uvec4(0u);
-    bool is_uniform = least == greatest;
-    for (int k = 0; k < lightmesh_cache_cell.tap_count && !is_uniform; ++k) {
-        uvec4 bytes = lightmesh_cache_bytes(words[k]) << 8;
-        uvec4 apart = max(bytes, value) - min(bytes, value);
-        spread = max(spread, apart * min(4u * lightmesh_cache_cell.weights[k], 32768u) >> 15);
+    uvec4 beta = missed;
+    if (apart != 0u) {
+        uvec4 spread = uvec4(0u);
+        for (int k = 0; k < 4; ++k)
+            spread = max(spread, lightmesh_cache_apart(words[k], weights[k], value));
+        if (lightmesh_cache_cell.has_air_taps)
+            for (int k = 0; k < 4; ++k)
+                spread = max(spread, lightmesh_cache_apart(air_words[k], air_weights[k], value));
+        uvec4 twice = min(2u * value, uvec4(65280u));
+        spread = (spread >> 15) * (512u - (twice >> 8)) >> 8;
+        uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
+        beta = max((t * t >> 15) * (98304u - 2u * t) >> 15, missed);
     }
-    uvec4 twice = min(2u * value, uvec4(65280u));
-    spread = spread * (512u - (twice >> 8)) >> 8;
-    uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
-    uvec4 beta = max((t * t >> 15) * (98304u - 2u * t) >> 15, missed);
     if (level.window != 0u) {
-        uvec4 probe = lightmesh_cache_bytes(lightmesh_cache_row_word(level.probe, word));
+        uvec4 least = uvec4(255u), greatest = uvec4(0u);
+        for (int k = 0; k < 4; ++k) {
+            uvec4 bytes = lightmesh_cache_bytes(words[k]), air_bytes = bytes;
+            if (lightmesh_cache_cell.has_air_taps)
+                air_bytes = lightmesh_cache_bytes(air_words[k]);
+            least = min(least, min(bytes, air_bytes));
+            greatest = max(greatest, max(bytes, air_bytes));
+        }
+        uvec4 probe = lightmesh_cache_bytes(probe_word);
         uvec4 is_missed = (uvec4(equal(probe, uvec4(0u))) & uvec4(greaterThan(least, uvec4(153u)))) |
                           (uvec4(equal(probe, uvec4(255u))) & uvec4(lessThan(greatest, uvec4(102u)))) |
                           (uvec4(equal(probe, uvec4(127u))) &
                            (uvec4(equal(least, uvec4(255u))) | uvec4(equal(greatest, uvec4(0u)))));
         beta = max(beta, is_missed * level.window);
     }
-    beta = max(beta, uvec4(greaterThan(greatest, uvec4(0u))) * lightmesh_cache_cell.missing);
+    if (lightmesh_cache_cell.missing != 0u)
+        beta = max(beta, uvec4(notEqual(lightmesh_cache_bytes(any_seen), uvec4(0u))) * lightmesh_cache_cell.missing);
     beta = max(beta, uvec4(level.force));
     beta = beta * (level.fade >> 1) >> 14;
     uvec4 rest = left * beta >> 15;
@@ -1047,31 +1440,31 @@ uint lightmesh_cache_mask(uvec4 lanes) {
     return set.x | set.y << 1 | set.z << 2 | set.w << 3;
 }
 
-// What a query has found so far of a tile, as 2^23 * 255 for 1, and 16 bits for each light of what is left for finer
-// levels, of 2^15.
-uvec4 lightmesh_cache_found[16];
+// What is left for finer levels, of 2^15: 16 bits for each light.
 uvec2 lightmesh_cache_left[16];
 
-// Finds S of lights along one facing. Those for which something is lacking come back.
+// Finds S of lights along one facing, as 2^23 * 255 for 1, in the turn's part of lightmesh_cache_values. Those for which
+// something is lacking come back.
 uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint tile, uvec2 lights,
                                  uvec2 smooth_lights) {
     uvec2 unknown = uvec2(0u);
     bool is_first = true;
     int finest = lightmesh_cache_finest();
-    ivec3 axes = lightmesh_cache_axes(at.facings[turn]);
-    for (int k = 0; k < 16; ++k)
-        lightmesh_cache_found[k] = uvec4(0u);
+    int facing = turn == 0 ? at.facings.x : turn == 1 ? at.facings.y : at.facings.z;
+    uint values_at = 16u * uint(turn), words = (lightmesh_cache_tile_size(tile) + 3u) / 4u;
+    for (uint k = 0u; k < words; ++k)
+        lightmesh_cache_values[values_at + k] = uvec4(0u);
     for (int level = at.first_level; (lights.x | lights.y) != 0u; ++level) {
         int next = level < finest ? lightmesh_cache_share_of(at, level + 1) : 0;
         bool is_last = next == 0;
         lightmesh_cache_make_cell(at, turn, level);
-        int taps = lightmesh_cache_cell.tap_count;
-        if (lightmesh_cache_cell.lacks != 0u || (taps == 0 && is_last)) {
+        bool has_taps = lightmesh_cache_cell.has_taps;
+        if (lightmesh_cache_cell.lacks != 0u || (!has_taps && is_last)) {
             at.lacks |= lightmesh_cache_cell.lacks != 0u ? lightmesh_cache_cell.lacks : lightmesh_cache_lacks_rays;
             unknown |= lights;
             break;
         }
-        if (taps == 0)
+        if (!has_taps)
             continue;
         uvec2 bending = lights & smooth_lights;
         if ((bending.x | bending.y) != 0u) {
@@ -1086,45 +1479,83 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         how.force = is_exact || is_base ? 0u : 32768u;
         how.fade = uint(is_exact ? 32768 : next);
         how.window = 0u;
-        how.probe = uvec4(0u);
         bool is_coarse = is_base && level < 11;
-        how.has_shafts = is_base && level < 12 && lightmesh_cache_has_shaft_rows();
+        how.has_shafts = is_base && level < 12 && lightmesh_cache_has_shaft_rows() &&
+                         lightmesh_cache_cell.has_surface_taps;
         uvec2 known = uvec2(~0u);
+        uvec4 probe_row = uvec4(0u);
         if (is_coarse && !lightmesh_cache_has_shaft_rows() && !is_last) {
             ivec2 inside = min(lightmesh_cache_cell.at, 32768 - lightmesh_cache_cell.at);
             how.window = uint(min(8 * min(inside.x, inside.y), 32768));
-            uint probe = how.window != 0u ? lightmesh_cache_find_probe(at.facings[turn], axes, level) : 0u;
+            uint probe = how.window != 0u ? lightmesh_cache_find_probe(facing, level) : 0u;
             if (probe != 0u)
-                how.probe = lightmesh_cache_record_row(probe, tile);
+                probe_row = lightmesh_cache_record_row(probe, tile);
             if (how.window != 0u)
-                known = how.probe.zw;
+                known = probe_row.zw;
         }
-        for (int k = 0; k < taps; ++k) {
+        // Of each tap's tile the first octet, and of all which there are.
+        uvec4 firsts = uvec4(0u), air_firsts = uvec4(0u);
+        uint octets = 0u, air_octets = 0u;
+        for (int k = 0; k < 4; ++k) {
             uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.taps[k], tile);
-            lightmesh_cache_cell.rows[k] = row;
+            firsts[k] = row.y;
+            octets |= row.x >> 24 << (8 * k);
             known &= row.zw;
         }
+        if (lightmesh_cache_cell.has_air_taps)
+            for (int k = 0; k < 4; ++k) {
+                uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.air_taps[k], tile);
+                air_firsts[k] = row.y;
+                air_octets |= row.x >> 24 << (8 * k);
+                known &= row.zw;
+            }
         uvec2 lacking = lights & ~known;
         at.lacks |= (lacking.x | lacking.y) != 0u ? lightmesh_cache_lacks_values : 0u;
         unknown |= lacking;
         uvec2 asking = lights & known;
         lights = uvec2(0u);
-        for (uint word = 0u; word < 16u; ++word) {
-            uint shift = 4u * (word & 7u), asked = ((word < 8u ? asking.x : asking.y) >> shift) & 15u;
-            if (asked == 0u)
-                continue;
-            uvec4 lanes = lightmesh_cache_lanes(asked), rest = lanes * 32768u, found = uvec4(0u);
-            if (!is_first) {
-                found = lightmesh_cache_found[word];
-                uvec2 left = lightmesh_cache_left[word];
-                rest = lanes * uvec4(left.x & 0xffffu, left.x >> 16, left.y & 0xffffu, left.y >> 16);
+        // Octets of lights that are asked for.
+        while ((asking.x | asking.y) != 0u) {
+            uint octet = uint(asking.x != 0u ? findLSB(asking.x) : 32 + findLSB(asking.y)) >> 3, shift = 8u * (octet & 3u);
+            uint asked = (octet < 4u ? asking.x : asking.y) >> shift & 255u;
+            asking &= octet < 4u ? uvec2(~(255u << shift), ~0u) : uvec2(0u, ~(255u << shift));
+            uvec4 low_words, high_words, air_low_words = uvec4(0u), air_high_words = uvec4(0u);
+            for (int k = 0; k < 4; ++k) {
+                uvec2 both = lightmesh_cache_row_octet(octets >> (8 * k) & 255u, firsts[k], octet);
+                low_words[k] = both.x;
+                high_words[k] = both.y;
             }
-            lightmesh_cache_blend(found, rest, word, how);
-            lightmesh_cache_found[word] = found;
-            uint going_on = lightmesh_cache_mask(rest);
-            if (going_on != 0u)
-                lightmesh_cache_left[word] = uvec2(rest.x | rest.y << 16, rest.z | rest.w << 16);
-            lights |= word < 8u ? uvec2(going_on << shift, 0u) : uvec2(0u, going_on << shift);
+            if (lightmesh_cache_cell.has_air_taps)
+                for (int k = 0; k < 4; ++k) {
+                    uvec2 both = lightmesh_cache_row_octet(air_octets >> (8 * k) & 255u, air_firsts[k], octet);
+                    air_low_words[k] = both.x;
+                    air_high_words[k] = both.y;
+                }
+            uvec2 probe_words = uvec2(0u);
+            if (how.window != 0u)
+                probe_words = lightmesh_cache_row_octet(probe_row.x >> 24, probe_row.y, octet);
+            uint going_on = 0u;
+            for (int i = 1; i < lightmesh_cache_three(); ++i) {
+                uint asked_here = i == 1 ? asked & 15u : asked >> 4;
+                if (asked_here == 0u)
+                    continue;
+                uint word = 2u * octet + uint(i) - 1u;
+                uvec4 lanes = lightmesh_cache_lanes(asked_here), rest = lanes * 32768u, found = uvec4(0u);
+                if (!is_first) {
+                    found = lightmesh_cache_values[values_at + word];
+                    uvec2 left = lightmesh_cache_left[word];
+                    rest = lanes * uvec4(left.x & 0xffffu, left.x >> 16, left.y & 0xffffu, left.y >> 16);
+                }
+                lightmesh_cache_blend(found, rest, i == 1 ? low_words : high_words,
+                                      i == 1 ? air_low_words : air_high_words, i == 1 ? probe_words.x : probe_words.y,
+                                      how);
+                lightmesh_cache_values[values_at + word] = found;
+                uint more = lightmesh_cache_mask(rest);
+                if (more != 0u)
+                    lightmesh_cache_left[word] = uvec2(rest.x | rest.y << 16, rest.z | rest.w << 16);
+                going_on |= i == 1 ? more : more << 4;
+            }
+            lights |= octet < 4u ? uvec2(going_on << shift, 0u) : uvec2(0u, going_on << shift);
         }
         is_first = false;
         if (is_exact && (lights.x | lights.y) != 0u) {
@@ -1136,28 +1567,35 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
     return unknown;
 }
 
-// The float nearest to the double nearest to a sum's share of 2^38 * 255: divided digit by digit, of 16 bits each.
+// The float nearest to a sum's share of 2^38 * 255. (So far from the middle between two floats, or on it, are all such
+// quotients that the double between, that the library rounds to first, makes no difference.) Divided digit by digit.
 float lightmesh_cache_share_of_sum(uint low, uint high) {
-    uvec4 digits = uvec4(high, low >> 16, low & 0xffffu, 0u);
-    uint rest = 0u;
-    for (int i = 0; i < 4; ++i) {
-        uint value = rest << 16 | digits[i];
-        digits[i] = value / 255u;
-        rest = value - 255u * digits[i];
-    }
-    return lightmesh_double_to_float(lightmesh_double_round(
-        0u, 9, uvec2(digits.z << 16 | digits.w | (rest != 0u ? 1u : 0u), digits.x << 16 | digits.y)));
+    if ((low | high) == 0u)
+        return 0.0;
+    // 46 bits, the highest set.
+    int zeros = high != 0u ? findMSB(high) : findMSB(low) - 32;
+    int shift = 13 - zeros;
+    uint up = shift >= 32 ? low << (shift - 32) : shift == 0 ? high : high << shift | low >> (32 - shift);
+    uint down = shift >= 32 ? 0u : low << shift;
+    // Digits of 23 bits.
+    uint upper = up << 9 | down >> 23, quotient = upper / 255u;
+    uint lower = (upper - 255u * quotient) << 23 | (down & 0x7fffffu), lower_quotient = lower / 255u;
+    bool has_rest = lower != 255u * lower_quotient || (lower_quotient & 127u) != 0u;
+    uint bits = quotient << 16 | lower_quotient >> 7 | (has_rest ? 1u : 0u);
+    // Of 38 bits behind the point, less seven; 2^-(31 + shift).
+    precise float share = float(bits) * uintBitsToFloat(uint(96 - shift) << 23);
+    return share;
 }
 
 // S of the asked lights of a tile; 0 for others. What is not known is marked, and why is added to `at.lacks`.
 void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, out LightMeshCacheTile shares) {
     shares.is_float = false;
     shares.unknown = uvec2(0u);
-    for (int k = 0; k < 16; ++k)
-        shares.values[k] = uvec4(0u);
-    uint count = lightmesh_cache_tile_size(tile);
+    uint count = lightmesh_cache_tile_size(tile), words = (count + 3u) / 4u;
     asked.x &= count < 32u ? (1u << count) - 1u : ~0u;
     asked.y &= count < 64u ? (count > 32u ? (1u << (count - 32u)) - 1u : 0u) : ~0u;
+    for (uint k = 0u; k < words; ++k)
+        lightmesh_cache_values[k] = uvec4(0u);
     if ((at.lacks & lightmesh_cache_lacks_place) != 0u) {
         shares.unknown = asked;
         return;
@@ -1170,31 +1608,25 @@ void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, 
     uvec2 by_rays = at.facing_count == 0 ? lights : smooth_lights & ~lights;
     if ((by_rays.x | by_rays.y) != 0u)
         at.lacks |= lightmesh_cache_lacks_rays;
-    // Of several facings the sum, of which the upper words stand in `shares` until it is whole.
-    uint words = (count + 3u) / 4u;
     shares.is_float = at.facing_count > 1;
-    uvec4 low[16];
-    for (int turn = 0; turn < at.facing_count; ++turn) {
+    for (int turn = 0; turn < at.facing_count; ++turn)
         shares.unknown |= lightmesh_cache_find_along(at, turn, tile, lights, smooth_lights);
-        for (uint k = 0u; k < words; ++k) {
-            uvec4 found = lightmesh_cache_found[k], high = uvec4(0u);
-            if (shares.is_float) {
-                umulExtended(found, uvec4(uint(at.facing_weights[turn])), high, found);
-                if (turn > 0) {
-                    found += low[k];
-                    high += shares.values[k] + uvec4(lessThan(found, low[k]));
-                }
-                low[k] = found;
-                found = high;
-            }
-            shares.values[k] = found;
-        }
-    }
+    // Of several facings the sum.
     for (uint k = 0u; k < words && shares.is_float; ++k) {
-        uvec4 lower = low[k], upper = shares.values[k];
-        for (int l = 0; l < 4; ++l)
-            upper[l] = floatBitsToUint(lightmesh_cache_share_of_sum(lower[l], upper[l]));
-        shares.values[k] = upper;
+        uvec4 low, high;
+        umulExtended(lightmesh_cache_values[k], uvec4(uint(at.facing_weights.x)), high, low);
+        for (int turn = 1; turn < at.facing_count; ++turn) {
+            uvec4 more, above;
+            umulExtended(lightmesh_cache_values[16u * uint(turn) + k],
+                         uvec4(uint(turn == 1 ? at.facing_weights.y : at.facing_weights.z)), above, more);
+            low += more;
+            high += above + uvec4(lessThan(low, more));
+        }
+        vec4 sums = vec4(0.0);
+        if ((low.x | low.y | low.z | low.w | high.x | high.y | high.z | high.w) != 0u)
+            for (int l = 0; l < 4; ++l)
+                sums[l] = lightmesh_cache_share_of_sum(low[l], high[l]);
+        lightmesh_cache_values[k] = floatBitsToUint(sums);
     }
     shares.unknown |= by_rays;
 }

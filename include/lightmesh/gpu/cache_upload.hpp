@@ -150,6 +150,7 @@ private:
     static constexpr std::uint32_t lights_have_cones = 2;
     static constexpr std::uint32_t cones_are_wide = 4;
     static constexpr std::uint32_t lights_are_rectangles = 8;
+    static constexpr std::uint32_t lights_have_range = 16;
 
     static const detail::CacheReader& reader_of(const SnapshotView& view) {
         const detail::CacheReader* reader = detail::SnapshotReaders::cache(view);
@@ -185,14 +186,16 @@ private:
 
     static constexpr std::size_t level_at = 2;
     static constexpr std::size_t words_of_level = 5;
-    static constexpr std::size_t light_at = level_at + words_of_level * detail::Lattice::level_count;
+    static constexpr std::size_t more_of_levels_at = level_at + words_of_level * detail::Lattice::level_count;
+    static constexpr std::size_t light_at = more_of_levels_at + detail::Lattice::level_count;
     static constexpr std::size_t words_of_light = 6;
 
     void set_head(const detail::CacheReader& reader) {
         words(head).grow(4 * (light_at + words_of_light * reader.lamps().size()));
         const std::uint32_t finest = static_cast<std::uint32_t>(reader.lattice().finest_level()) |
                                      (reader.settings().exact_edges ? 256u : 0u) |
-                                     (reader.settings().shaft_rows ? 512u : 0u);
+                                     (reader.settings().shaft_rows ? 512u : 0u) |
+                                     (has_origins_in_steps(reader.lattice()) ? 1024u : 0u);
         set(head, 0,
             {word(reader.lamps().size()), word(reader.lamps().tile_count()), word(slot_count_ - 1), finest});
         const detail::Lattice& lattice = reader.lattice();
@@ -205,16 +208,45 @@ private:
             set_light(light_at + words_of_light * i, reader.lamps().lamp(i), reader.user_lights()[i]);
     }
 
+    static std::uint32_t low(std::uint64_t bits) { return static_cast<std::uint32_t>(bits); }
+    static std::uint32_t high(std::uint64_t bits) { return static_cast<std::uint32_t>(bits >> 32); }
+
+    /// Farther from the origin its coordinates in steps of 2^-32 need more than 64 bits.
+    static constexpr double most_steps = 0x1p30;
+
+    static bool has_origins_in_steps(const detail::Lattice& lattice) {
+        const int level = detail::Lattice::level_count - 1;
+        const glm::dvec3& origin = lattice.origin(level);
+        return (std::max)({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) / lattice.step(level) <
+               most_steps;
+    }
+    /// An origin's coordinate in steps, of 2^32, to within one.
+    static std::uint64_t in_steps_of(double origin, double per_step) {
+        const double steps = origin * per_step;
+        if (!(std::abs(steps) < most_steps))
+            return 0;
+        const double lost = std::fma(origin, per_step, -steps);
+        const double whole = std::floor(steps);
+        return static_cast<std::uint64_t>(static_cast<std::int64_t>(whole) * (std::int64_t{1} << 32) +
+                                          std::llround((steps - whole + lost) * 0x1p32));
+    }
+
     void set_level(const detail::Lattice& lattice, int level) {
         const double step = lattice.step(level);
         const glm::dvec3 origin = lattice.origin(level);
         const std::size_t at = level_at + words_of_level * static_cast<std::size_t>(level);
+        std::array<std::uint64_t, 3> in_steps{};
+        for (int axis = 0; axis < 3; ++axis)
+            in_steps[static_cast<std::size_t>(axis)] = in_steps_of(origin[axis], 1.0 / step);
         set(head, at, pair(step, 1.0 / step));
         set(head, at + 1, pair(origin.x, origin.y));
         set(head, at + 2, pair(origin.z, 0.45 * step));
         set(head, at + 3, pair(5.0 / step, 0.003 * step));
         set(head, at + 4,
-            {word(0.002f * static_cast<float>(step)), word(static_cast<float>(step * 0x1p-14)), 0, 0});
+            {word(0.002f * static_cast<float>(step)), word(static_cast<float>(step * 0x1p-14)),
+             low(in_steps[0]), high(in_steps[0])});
+        set(head, more_of_levels_at + static_cast<std::size_t>(level),
+            {low(in_steps[1]), high(in_steps[1]), low(in_steps[2]), high(in_steps[2])});
     }
 
     void set_light(std::size_t at, const detail::Lamp& lamp, const Light& light) {
@@ -229,6 +261,7 @@ private:
         }
         Word range = pair(0.0, lamp.extent());
         range[0] = word(shape.reaches_nothing() ? -1.0f : shape.range);
+        kind |= shape.reaches_nothing() || shape.range < 1e19f ? lights_have_range : 0u;
         set(head, at, triple(shape.at, kind));
         set(head, at + 1, range);
         set(head, at + 2, pair(shape.cone.axis.x, shape.cone.axis.y));
