@@ -37,7 +37,7 @@ std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, flo
     demo::CacheQueries queries(device);
     const auto snapshot = cache.snapshot();
     const std::size_t bytes = queries.upload(snapshot);
-    const auto answer = queries.ask(points, demo::trace_by(tracer), device.is_cpu() ? 1 : 5, points.size());
+    const auto answer = queries.ask(points, demo::trace_by(tracer), true, points.size());
     std::size_t differing = answer.points_without_rays;
     std::size_t lacking = 0;
     for (const lightmesh::CacheRequest& request : answer.requests)

@@ -99,7 +99,7 @@ Result compare(const demo::ComputeDevice& device, const Stage& stage, std::size_
     const std::uint32_t rays_of_level = 24 + static_cast<std::uint32_t>(light_count);
     demo::MeshQueries queries(device, 65536, asked.has_footprints ? 2 * rays_of_level : rays_of_level);
     result.bytes = queries.upload(mesh.snapshot());
-    const auto answer = queries.ask(points, demo::trace_by(tracer), device.is_cpu() ? 1 : 5);
+    const auto answer = queries.ask(points, demo::trace_by(tracer), true);
     result.seconds = answer.seconds;
     for (std::size_t i = 0; i < expected.size(); ++i) {
         result.differing += bench::same_bits(expected[i], answer.values[i]) ? 0u : 1u;

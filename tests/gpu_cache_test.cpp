@@ -476,7 +476,7 @@ TEST_CASE("request buffers that are too small say so, and snapshots that are bro
     gpu.queries.upload(empty);
     const auto points = world.points(64, false);
     const test::HitTracer tracer = world.tracer();
-    const auto answer = gpu.queries.ask(points, demo::trace_by(tracer), 0, 3);
+    const auto answer = gpu.queries.ask(points, demo::trace_by(tracer), false, 3);
     CHECK(answer.asked > 3);
     CHECK(answer.requests.size() == 3);
 
@@ -491,7 +491,7 @@ TEST_CASE("request buffers that are too small say so, and snapshots that are bro
     const auto of_mesh = mesh.snapshot();
     CHECK_THROWS_AS(gpu.queries.upload(of_mesh), std::invalid_argument);
     // What was there before still is.
-    CHECK(gpu.queries.ask(points, demo::trace_by(tracer), 0, 3).asked == answer.asked);
+    CHECK(gpu.queries.ask(points, demo::trace_by(tracer), false, 3).asked == answer.asked);
 
     CHECK_THROWS_AS(lightmesh::CacheUpload::empty_requests(0), std::invalid_argument);
     CHECK_THROWS_AS(lightmesh::CacheUpload::empty_requests((std::size_t{1} << 26) + 1),

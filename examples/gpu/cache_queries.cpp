@@ -21,7 +21,7 @@ std::size_t CacheQueries::upload(std::span<const std::byte> snapshot) {
 }
 
 CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> points,
-                                       const TraceSegments& trace, int timed_runs,
+                                       const TraceSegments& trace, bool is_timed,
                                        std::size_t request_capacity) {
     const std::vector<std::byte> no_requests = lightmesh::CacheUpload::empty_requests(request_capacity);
     HostRayQuery query{.shader = shader,
@@ -40,7 +40,7 @@ CacheQueries::Answer CacheQueries::ask(std::span<const lightmesh::SurfacePoint> 
             answer.requests.push_back(request);
         }
     };
-    static_cast<HostRayAnswer&>(answer) = query.ask(device_, points, trace, timed_runs, take_requests);
+    static_cast<HostRayAnswer&>(answer) = query.ask(device_, points, trace, is_timed, take_requests);
     return answer;
 }
 

@@ -33,7 +33,7 @@ public:
 
     /// As `HostRayQuery::ask`.
     Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
-               int timed_runs = 0, std::size_t request_capacity = 65536);
+               bool is_timed = false, std::size_t request_capacity = 65536);
 
 private:
     ComputeDevice device_;

@@ -153,6 +153,19 @@ double ComputeDevice::run(const std::function<void(const ComputeCommands&)>& rec
     });
 }
 
+double ComputeDevice::least_time(const std::function<double()>& run) const {
+    double least = run();
+    if (is_cpu())
+        return least;
+    double spent = least;
+    for (int i = 1; i < 5 || spent < 0.2; ++i) {
+        const double seconds = run();
+        least = (std::min)(least, seconds);
+        spent += seconds;
+    }
+    return least;
+}
+
 // ---- buffers
 
 struct ComputeBuffer::State {

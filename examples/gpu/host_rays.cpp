@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -137,8 +136,7 @@ private:
 
 /// How long the device takes for points whose rays are known.
 double time_of_sums(const ComputeDevice& device, const HostRayQuery& query,
-                    std::span<const lightmesh::SurfacePoint> points, std::span<const std::uint32_t> answers,
-                    int runs) {
+                    std::span<const lightmesh::SurfacePoint> points, std::span<const std::uint32_t> answers) {
     const std::uint32_t words = answer_words(query.rays_per_point);
     double seconds = 0.0;
     for (std::size_t first = 0; first < points.size(); first += most_points) {
@@ -147,10 +145,7 @@ double time_of_sums(const ComputeDevice& device, const HostRayQuery& query,
         std::ranges::transform(points.subspan(first, count), std::back_inserter(some), point_of);
         const auto of_these = answers.subspan(first * words, count * words);
         const Batch batch(device, query, query.rays_per_point, some, 1, {of_these.begin(), of_these.end()});
-        double least = std::numeric_limits<double>::infinity();
-        for (int i = 0; i < runs; ++i)
-            least = (std::min)(least, batch.run(Kind::sums));
-        seconds += least;
+        seconds += device.least_time([&] { return batch.run(Kind::sums); });
     }
     return seconds;
 }
@@ -158,13 +153,13 @@ double time_of_sums(const ComputeDevice& device, const HostRayQuery& query,
 }  // namespace
 
 HostRayAnswer HostRayQuery::ask(const ComputeDevice& device, std::span<const lightmesh::SurfacePoint> points,
-                                const TraceSegments& trace, int timed_runs,
+                                const TraceSegments& trace, bool is_timed,
                                 const TakeRequests& take_requests) const {
     constexpr std::size_t most_bytes = std::size_t{1} << 27;
     HostRayAnswer answer;
     answer.values.resize(points.size() * light_count);
     const std::uint32_t words = answer_words(rays_per_point);
-    std::vector<std::uint32_t> answers(timed_runs > 0 ? points.size() * words : 0);
+    std::vector<std::uint32_t> answers(is_timed ? points.size() * words : 0);
     std::vector<std::uint32_t> left(points.size());
     std::iota(left.begin(), left.end(), 0u);
     for (const std::uint32_t room : {(std::min)(few_rays, rays_per_point), rays_per_point}) {
@@ -190,14 +185,14 @@ HostRayAnswer HostRayQuery::ask(const ComputeDevice& device, std::span<const lig
                             answer.values.begin() + static_cast<std::ptrdiff_t>(which[i] * light_count));
                 if (awaiting[i] != 0)
                     left.push_back(which[i]);
-                else if (timed_runs > 0)
+                else if (is_timed)
                     batch.write_answers(i, std::span(answers).subspan(which[i] * words, words));
             }
         }
     }
     answer.points_without_rays = left.size();
-    if (timed_runs > 0)
-        answer.seconds = time_of_sums(device, *this, points, answers, timed_runs);
+    if (is_timed)
+        answer.seconds = time_of_sums(device, *this, points, answers);
     return answer;
 }
 

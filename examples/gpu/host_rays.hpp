@@ -32,7 +32,7 @@ TraceSegments trace_by(Tracer tracer) {
 /// What a device says of points, by rays that the host traced.
 struct HostRayAnswer {
     std::vector<float> values;            ///< a row for each point; NaN: not known
-    double seconds = 0.0;                 ///< of the run in which all rays were known
+    double seconds = 0.0;                 ///< of a run in which all rays are known
     std::size_t points_without_rays = 0;  ///< that need more than `rays_per_point`
     std::size_t rays = 0;
 };
@@ -53,10 +53,10 @@ struct HostRayQuery {
 
     /// S of all lights at points, no more at a time than fit into 2^27 bytes of values and of rays. First
     /// with room for few rays a point; those that need more are asked again with all the room.
-    /// `timed_runs`: then asks so many times more, all points at once, with all rays known, and adds up
-    /// instead of writing what it finds; the least time of these counts.
+    /// `is_timed`: then asks again and again, all points at once, with all rays known, and adds up instead of
+    /// writing what it finds: see `ComputeDevice::least_time`.
     HostRayAnswer ask(const ComputeDevice& device, std::span<const lightmesh::SurfacePoint> points,
-                      const TraceSegments& trace, int timed_runs, const TakeRequests& take_requests) const;
+                      const TraceSegments& trace, bool is_timed, const TakeRequests& take_requests) const;
 };
 
 }  // namespace demo

@@ -43,7 +43,7 @@ std::size_t MeshQueries::upload(std::span<const std::byte> snapshot) {
 }
 
 MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> points,
-                                     const TraceSegments& trace, int timed_runs) {
+                                     const TraceSegments& trace, bool is_timed) {
     const bool has_footprints =
         std::ranges::any_of(points, [](const auto& point) { return point.footprint != 0.0f; });
     const std::size_t which = (mesh_->upload().max_quality() <= 4 ? 0u : 1u) + (has_footprints ? 2u : 0u);
@@ -61,7 +61,7 @@ MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> po
         answer.requests.insert(answer.requests.end(), asked.points.begin(), asked.points.end());
         answer.overflowed |= asked.overflowed;
     };
-    static_cast<HostRayAnswer&>(answer) = query.ask(device_, points, trace, timed_runs, take_requests);
+    static_cast<HostRayAnswer&>(answer) = query.ask(device_, points, trace, is_timed, take_requests);
     return answer;
 }
 

@@ -33,7 +33,7 @@ public:
 
     /// As `HostRayQuery::ask`; by footprints if a point has one.
     Answer ask(std::span<const lightmesh::SurfacePoint> points, const TraceSegments& trace,
-               int timed_runs = 0);
+               bool is_timed = false);
 
 private:
     ComputeDevice device_;

@@ -1,11 +1,9 @@
 #version 450
 // SPDX-License-Identifier: MIT
 #extension GL_GOOGLE_include_directive : require
-#extension GL_EXT_control_flow_attributes : require
 // S of all lights at many points, for mesh_queries.cpp; with FOOTPRINTS by those.
 layout(local_size_x = 64) in;
 
-#define LIGHTMESH_DONT_UNROLL [[dont_unroll]]
 #include <lightmesh/gpu/lightmesh.glsl>
 #include "host_rays.glsl"
 

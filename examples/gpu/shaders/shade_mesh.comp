@@ -5,7 +5,6 @@
 // waits until it does.
 
 #extension GL_GOOGLE_include_directive : require
-#extension GL_EXT_control_flow_attributes : require
 #define BVH_OPEN
 #include "scene.glsl"
 #include "bvh.glsl"
@@ -14,7 +13,6 @@
 
 #define LIGHTMESH_SET 1
 #define LIGHTMESH_BINDING 0
-#define LIGHTMESH_DONT_UNROLL [[dont_unroll]]
 #include <lightmesh/gpu/lightmesh.glsl>
 
 layout(local_size_x = 64) in;

@@ -32,8 +32,6 @@
 //     LIGHTMESH_SET, LIGHTMESH_BINDING   where the buffers are bound; 0 and 0
 //     LIGHTMESH_MAX_QUALITY              the greatest q that the shader serves; 16. With 4 it is faster
 //     LIGHTMESH_NO_RAYS                  there is no lightmesh_is_open: what needs a ray is missing
-//     LIGHTMESH_DONT_UNROLL              [[dont_unroll]], where the shader has enabled GL_EXT_control_flow_attributes:
-//                                        what is seldom run then takes less of the instruction cache
 //
 // GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to
 // storage buffers. Sums and products must round to nearest, as they do on all GPUs; what the CPU does in
@@ -49,10 +47,6 @@
 #endif
 #ifndef LIGHTMESH_MAX_QUALITY
 #define LIGHTMESH_MAX_QUALITY 16
-#endif
-
-#ifndef LIGHTMESH_DONT_UNROLL
-#define LIGHTMESH_DONT_UNROLL
 #endif
 
 // Bits of a count of light points in a hemisphere.
@@ -312,7 +306,7 @@ const uint lightmesh_has_odd_range = 32u;  // floats can't tell
 // The sum of the products of the components, each rounded as doubles are.
 uvec2 lightmesh_dot(vec3 a, vec3 b) {
     uvec2 sum = uvec2(0u);
-    LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < 3; ++axis)
         sum = lightmesh_double_add(
             sum, lightmesh_double_multiply(lightmesh_double_of(a[axis]), lightmesh_double_of(b[axis])));
     return sum;
@@ -331,7 +325,7 @@ LightMeshCone lightmesh_cone_of(uint light) {
 // Whether a light's cone holds the offset from the light to a point; exact.
 bool lightmesh_cone_holds(LightMeshCone cone, vec3 offset, bool is_wide) {
     uvec2 along = uvec2(0u), across = uvec2(0u);
-    LIGHTMESH_DONT_UNROLL for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         int j = i == 2 ? 0 : i + 1, k = i == 0 ? 2 : i - 1;
         uvec2 offset_j = lightmesh_double_of(offset[j]), offset_k = lightmesh_double_of(offset[k]);
         uvec2 component = lightmesh_double_subtract(lightmesh_double_multiply(cone.axis[j], offset_k),
@@ -381,7 +375,7 @@ bool lightmesh_reaches(uint light, uint kind, vec3 at, vec3 offset, vec3 P, vec3
     }
     // What floats can't tell: the sign of n . offset, then whether offset . offset is greater than the range.
     int last = is_in_range ? 1 : 2;
-    LIGHTMESH_DONT_UNROLL for (int what = is_clear ? 1 : 0; what < last; ++what) {
+    for (int what = is_clear ? 1 : 0; what < last; ++what) {
         uvec2 exact = lightmesh_dot(what == 0 ? n : offset, offset);
         if (what == 0 ? lightmesh_double_is_negative(exact) : lightmesh_double_less(range, exact))
             return false;
@@ -439,7 +433,6 @@ struct LightMeshHemisphere {
     ivec3 position;  // from the first brick's first light point
     ivec3 slope;
     int lowest_height;
-    float inverse_slope;  // of slope.x, in steps; without meaning where that is 0
 };
 
 // What the seeds that P sees reach.
@@ -473,37 +466,15 @@ struct LightMeshPoint {
     int linked;       // of those that floods reach
 };
 
-// Whether a light point, counted from the hemisphere's first brick on, lies in it; along x, what is left of the radius
-// squared and of the least height.
-bool lightmesh_in_row(LightMeshHemisphere p, int x, int square, int height) {
-    int d = (x << lightmesh.fraction_bits) - p.position.x;
-    return d * d < square && d * p.slope.x > height;
-}
-
-// Light points of a row of twelve, from light point `first` on; a bit each.
+// Light points of a row of twelve, from light point `first` of the hemisphere's box on; a bit each. `square`, `height`:
+// what is left for x of the radius squared, and of the least height.
 uint lightmesh_row(LightMeshHemisphere p, int first, int square, int height) {
-    if (p.slope.x == 0 && height >= 0)
-        return 0u;
-    // In steps. Where floats are too near to a light point to tell on which side it lies, integers do.
-    const float too_near = 6.103515625e-5;  // 2^-14: an eighth of what positions are rounded to
-    float per_step = uintBitsToFloat((127u - lightmesh.fraction_bits) << 23);
-    float at = float(p.position.x) * per_step;
-    float half_width = sqrt(float(square)) * per_step;
-    float plane = at + clamp(float(height) * p.inverse_slope, -64.0, 64.0);
-    float low = p.slope.x > 0 ? max(at - half_width, plane) : at - half_width;
-    float high = p.slope.x < 0 ? min(at + half_width, plane) : at + half_width;
-    float from = floor(low + 0.5), to = floor(high + 0.5);
-    int begin = int(from) - first, end = int(to) - first;  // the light points next to low and high
-    if (min(abs(low - from), abs(high - to)) < too_near) {
-        begin += lightmesh_in_row(p, int(from), square, height) ? 0 : 1;
-        end -= lightmesh_in_row(p, int(to), square, height) ? 0 : 1;
-    } else {
-        begin += from < low ? 1 : 0;
-        end -= to > high ? 1 : 0;
-    }
-    begin = clamp(begin, 0, 12);
-    end = clamp(end, -1, 11) + 1;
-    return begin < end ? (1u << end) - (1u << begin) : 0u;
+    int one = 1 << lightmesh.fraction_bits;
+    int d = (first << lightmesh.fraction_bits) - p.position.x;
+    uint row = 0u;
+    for (int i = 0; i < 12; ++i, d += one)
+        row |= d * d < square && d * p.slope.x > height ? 1u << i : 0u;
+    return row;
 }
 
 // Exchanges bits that `mask` has with those `by` places above them.
@@ -665,7 +636,7 @@ bool lightmesh_find_hemisphere(inout LightMeshPoint p) {
     if (!is_clear) {
         LightMeshReach exact[3];
         bool is_inside = true;
-        LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
+        for (int axis = 0; axis < 3; ++axis)
             is_inside = lightmesh_exact_reach(p.level, axis, p.position[axis], exact[axis]) && is_inside;
         if (!is_inside)
             return false;
@@ -679,8 +650,6 @@ bool lightmesh_find_hemisphere(inout LightMeshPoint p) {
     vec3 slope = p.unit * 32768.0, below = floor(slope);
     p.hemisphere.slope = ivec3(below) + ivec3(greaterThanEqual(slope - below, vec3(0.5)));
     p.hemisphere.lowest_height = lightmesh_lowest_height(p.level, lightmesh_largest(p.position));
-    float per_step = uintBitsToFloat((127u - lightmesh.fraction_bits) << 23);
-    p.hemisphere.inverse_slope = per_step / float(p.hemisphere.slope.x);
     return true;
 }
 
@@ -845,7 +814,7 @@ vec3 lightmesh_light_point(int level, ivec3 light_point) {
     if (is_clear)
         return vec3(x, y, z);
     vec3 exact;
-    LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < 3; ++axis)
         exact[axis] = lightmesh_double_to_float(lightmesh_double_add(
             lightmesh.levels[level].origin[axis],
             lightmesh_double_multiply(lightmesh.levels[level].step, lightmesh_double_of(light_point[axis]))));
@@ -943,7 +912,7 @@ void lightmesh_begin_seeds(inout LightMeshPoint p) {
     is_clear = lightmesh_in_front(p.level, 2, p.position.z, ahead.z, z) && is_clear;
     if (!is_clear) {
         LightMeshInFront exact[3];
-        LIGHTMESH_DONT_UNROLL for (int axis = 0; axis < 3; ++axis)
+        for (int axis = 0; axis < 3; ++axis)
             exact[axis] = lightmesh_exactly_in_front(p.level, axis, p.position[axis], p.unit[axis], in_front);
         x = exact[0];
         y = exact[1];
@@ -1027,7 +996,7 @@ LightMeshPoint lightmesh_point_on(int level, vec3 P, vec3 n, float footprint) {
     p.far_seeds = 0;
     p.size = -1;
     p.linked = 0;
-    p.hemisphere = LightMeshHemisphere(ivec3(0), ivec3(0), ivec3(0), ivec3(0), 0, 0.0);
+    p.hemisphere = LightMeshHemisphere(ivec3(0), ivec3(0), ivec3(0), ivec3(0), 0);
     p.unit = vec3(0.0);
     p.end = P;
     if (!lightmesh_is_finite(P) || !lightmesh_is_finite(n)) {
