@@ -8,6 +8,7 @@
 #include "gpu/gpu_rays.hpp"
 #include "gpu/gpu_renderer.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu/listing.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/segment_rays.hpp"
 #include "gpu/uploaded.hpp"
@@ -169,13 +170,13 @@ void time_long_tests(const demo::ComputeDevice& device, const demo::Scene& scene
     shaders.bind(uploaded.bindings(demo::LongTests::set));
     demo::SegmentRays link_shaders(device, copy);
     const demo::Stopwatch linking;
-    lightmesh::LinkList links;
-    mesh.list_links(asked, links);
+    const auto links = demo::list_on_all_threads<lightmesh::LinkList>(
+        asked, [&](auto some, auto& list) { mesh.list_links(some, list); });
     mesh.fill_links(links, [&](auto segments, auto hit) { link_shaders(segments, hit, nullptr); });
     const double seconds_linking = linking.seconds();
     const demo::Stopwatch listing;
-    lightmesh::LongTestList list;
-    mesh.list_long_tests(asked, list);
+    const auto list = demo::list_on_all_threads<lightmesh::LongTestList>(
+        asked, [&](auto some, auto& part) { mesh.list_long_tests(some, part); });
     const double seconds_listing = listing.seconds();
     double seconds = 0.0;
     double seconds_on_cpu = 0.0;

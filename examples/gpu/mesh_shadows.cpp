@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/mesh_shadows.hpp"
 
+#include "gpu/listing.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/uploaded.hpp"
 #include "render/follow_scene.hpp"
 
 #include <lightmesh/gpu/mesh_upload.hpp>
 #include <lightmesh/lightmesh.hpp>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
@@ -36,17 +34,8 @@ struct MeshShadows::Parts {
           no_requests(lightmesh::empty_requests(request_capacity)), requests(device, no_requests) {}
 
     void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
-        constexpr std::size_t at_once = 256;
-        const lightmesh::LongTestList missing = tbb::parallel_deterministic_reduce(
-            tbb::blocked_range<std::size_t>(0, points.size(), at_once), lightmesh::LongTestList(),
-            [&](const auto& part, lightmesh::LongTestList list) {
-                mesh.list_long_tests(points.subspan(part.begin(), part.size()), list);
-                return list;
-            },
-            [](lightmesh::LongTestList list, const lightmesh::LongTestList& other) {
-                list.add(other);
-                return list;
-            });
+        const auto missing = list_on_all_threads<lightmesh::LongTestList>(
+            points, [&](auto some, auto& list) { mesh.list_long_tests(some, list); });
         long_tests.bind(uploaded.bindings(LongTests::set));
         mesh.fill(missing, [&](auto words, auto seen) { long_tests(words, seen, cancel); });
         uploaded.update(mesh.snapshot());
