@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -74,6 +75,20 @@ TEST_CASE("compute: kernels see the buffers, the push constants and what those b
         CHECK_THROWS_AS(seen.write(3996, bytes), std::out_of_range);
         CHECK_THROWS_AS(seen.read(std::numeric_limits<std::size_t>::max(), std::span<std::byte>()),
                         std::out_of_range);
+    }
+    SUBCASE("many parts are overwritten, also more than is copied at a time; all or none") {
+        std::vector<std::uint32_t> words(std::size_t{5} << 20);
+        std::iota(words.begin(), words.end(), 0u);
+        const auto all = std::as_bytes(std::span<const std::uint32_t>(words));
+        const demo::ComputeBuffer large(device, all.size());
+        std::vector<demo::ComputeWrite> parts{{0, all.first(all.size() - 4000)}};
+        for (std::size_t at = all.size() - 4000; at < all.size(); at += 40)
+            parts.push_back({at, all.subspan(at, 40)});
+        large.write(parts);
+        CHECK(large.read_all<std::uint32_t>() == words);
+        parts = {{0, bytes}, {all.size() - 4, bytes}};
+        CHECK_THROWS_AS(large.write(parts), std::out_of_range);
+        CHECK(large.read_all<std::uint32_t>() == words);
     }
     SUBCASE("another buffer takes the place of one; it begins with zeros") {
         const demo::ComputeBuffer other(device, 12);

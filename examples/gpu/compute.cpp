@@ -213,19 +213,41 @@ std::size_t ComputeBuffer::size() const {
 }
 
 void ComputeBuffer::write(std::size_t offset, std::span<const std::byte> bytes) const {
-    state_->check(offset, bytes.size());
+    const ComputeWrite one{offset, bytes};
+    write(std::span(&one, 1));
+}
+
+void ComputeBuffer::write(std::span<const ComputeWrite> parts) const {
+    for (const ComputeWrite& part : parts)
+        state_->check(part.offset, part.bytes.size());
     ComputeDevice::State& device = *state_->device.state_;
     const std::scoped_lock lock(device.busy);
     in_words(device.on, "while it was written to", [&] {
-        for (std::size_t done = 0; done < bytes.size(); done += staging_bytes) {
-            const std::size_t size = (std::min)(staging_bytes, bytes.size() - done);
-            std::memcpy(device.staging().mapped, bytes.data() + done, size);
+        std::vector<vk::BufferCopy> copies;
+        std::size_t staged = 0;
+        const auto submit = [&] {
+            if (copies.empty())
+                return;
             device.on.run([&](const vk::raii::CommandBuffer& commands) {
-                commands.copyBuffer(*device.staging().buffer, *state_->memory.buffer,
-                                    vk::BufferCopy(0, offset + done, size));
+                commands.copyBuffer(*device.staging().buffer, *state_->memory.buffer, copies);
                 wait_for_everything_before(commands);
             });
+            copies.clear();
+            staged = 0;
+        };
+        for (const ComputeWrite& part : parts) {
+            for (std::size_t done = 0; done < part.bytes.size();) {
+                if (staged == staging_bytes)
+                    submit();
+                const std::size_t size = (std::min)(staging_bytes - staged, part.bytes.size() - done);
+                std::memcpy(static_cast<std::byte*>(device.staging().mapped) + staged,
+                            part.bytes.data() + done, size);
+                copies.emplace_back(staged, part.offset + done, size);
+                staged += size;
+                done += size;
+            }
         }
+        submit();
     });
 }
 

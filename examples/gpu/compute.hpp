@@ -62,6 +62,12 @@ private:
     std::shared_ptr<State> state_;
 };
 
+/// What is to be written to a buffer from a byte on.
+struct ComputeWrite {
+    std::size_t offset;
+    std::span<const std::byte> bytes;
+};
+
 /// Memory of the device that shaders see as a storage or as a uniform buffer. Copies are the same memory.
 class ComputeBuffer {
 public:
@@ -73,6 +79,9 @@ public:
     std::size_t size() const;
     /// Overwrites a part. Throws std::out_of_range if it reaches beyond the end.
     void write(std::size_t offset, std::span<const std::byte> bytes) const;
+    /// Overwrites many parts, by as few submissions as their bytes allow. Throws as above, and has then
+    /// written nothing.
+    void write(std::span<const ComputeWrite> parts) const;
     /// Copies a part to `bytes`. Throws std::out_of_range if it reaches beyond the end.
     void read(std::size_t offset, std::span<std::byte> bytes) const;
 

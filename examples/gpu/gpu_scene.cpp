@@ -75,11 +75,12 @@ std::span<const std::byte> bytes_in(const std::vector<T>& values) {
 std::size_t write_differences(const ComputeBuffer& buffer, std::size_t offset,
                               std::span<const std::byte> there, std::span<const std::byte> now) {
     constexpr std::size_t piece = std::size_t{1} << 16;
+    std::vector<ComputeWrite> writes;
     std::size_t written = 0;
     std::size_t first = 0;  // that is to be written
     const auto write_until = [&](std::size_t end) {
         if (end > first)
-            buffer.write(offset + first, now.subspan(first, end - first));
+            writes.push_back({offset + first, now.subspan(first, end - first)});
         written += end - first;
     };
     for (std::size_t at = 0; at < now.size(); at += piece) {
@@ -90,6 +91,7 @@ std::size_t write_differences(const ComputeBuffer& buffer, std::size_t offset,
         first = at + size;
     }
     write_until(now.size());
+    buffer.write(writes);
     return written;
 }
 

@@ -27,14 +27,17 @@ public:
     std::size_t update(std::span<const std::byte> snapshot) {
         const lightmesh::SnapshotView view(snapshot);
         std::size_t written = 0;
+        std::vector<std::vector<ComputeWrite>> writes(buffers_.size());
         for (const lightmesh::UploadRange& range : upload_.update(view)) {
             ComputeBuffer& buffer = buffers_[range.binding];
             if (buffer.size() != upload_.buffers()[range.binding].bytes.size())
                 buffer = ComputeBuffer(device_, range.bytes);
             else
-                buffer.write(range.offset, range.bytes);
+                writes[range.binding].push_back({range.offset, range.bytes});
             written += range.bytes.size();
         }
+        for (std::size_t i = 0; i < buffers_.size(); ++i)
+            buffers_[i].write(writes[i]);
         light_count_ = view.light_count();
         return written;
     }
