@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 
-# Programs that must not compile, with the sentence that they must give. The library is compiled once for all of them,
-# and none of them runs before it is.
+# Programs that must not compile, with the sentence that they must give. What they include is compiled once for all of
+# them, and none of them runs before it is.
 set(compiler ${CMAKE_CXX_COMPILER} -std=c++20 -I${PROJECT_SOURCE_DIR}/include)
 get_target_property(glm_includes glm::glm INTERFACE_INCLUDE_DIRECTORIES)
 if(glm_includes)
@@ -9,13 +9,13 @@ if(glm_includes)
     list(APPEND compiler ${glm_includes})
 endif()
 set(library ${CMAKE_CURRENT_BINARY_DIR}/compile_fail/library.hpp)
-file(CONFIGURE OUTPUT ${library} CONTENT "#include <lightmesh/lightmesh.hpp>\n")
+file(CONFIGURE OUTPUT ${library} CONTENT "#include <${CMAKE_CURRENT_SOURCE_DIR}/compile_fail/wrong.hpp>\n")
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    set(precompiled ${library}.gch)
+    set(precompiled -o ${library}.gch)
 else()
-    set(precompiled ${library}.pch)
+    set(precompiled -o ${library}.pch -fpch-instantiate-templates)
 endif()
-add_test(NAME "the library compiles before what must not" COMMAND ${compiler} -x c++-header ${library} -o ${precompiled})
+add_test(NAME "the library compiles before what must not" COMMAND ${compiler} -x c++-header ${library} ${precompiled})
 set_tests_properties("the library compiles before what must not" PROPERTIES FIXTURES_SETUP precompiled_library)
 
 file(GLOB programs CONFIGURE_DEPENDS compile_fail/*.cpp)

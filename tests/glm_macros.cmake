@@ -1,28 +1,17 @@
 # SPDX-License-Identifier: MIT
 
-# GLM's macros that change types or conventions: a program for each, since they cannot be mixed in one.
-foreach(
-    macro IN
-    ITEMS GLM_FORCE_PURE
-          GLM_FORCE_DEPTH_ZERO_TO_ONE
-          GLM_FORCE_LEFT_HANDED
-          GLM_FORCE_SIZE_T_LENGTH
-          GLM_FORCE_EXPLICIT_CTOR
-          GLM_FORCE_CTOR_INIT
-          GLM_FORCE_XYZW_ONLY
-          GLM_FORCE_SWIZZLE
-          GLM_FORCE_INTRINSICS
-          GLM_FORCE_DEFAULT_ALIGNED_GENTYPES
-          GLM_FORCE_PRECISION_LOWP_FLOAT
-          GLM_FORCE_UNRESTRICTED_GENTYPE)
-    string(REPLACE GLM_FORCE_ "" name ${macro})
-    string(TOLOWER ${name} name)
-    lightmesh_add_test_program(lightmesh-test-glm-${name} "${macro}:" glm_macros_test.cpp)
-    target_compile_definitions(lightmesh-test-glm-${name} PRIVATE ${macro})
-    # For the time it takes to compile them.
-    target_compile_options(lightmesh-test-glm-${name} PRIVATE -O0)
+# GLM's macros that change types or conventions: those that hide nothing of each other share a program, for the time it
+# takes to compile them.
+set(strict PURE EXPLICIT_CTOR SIZE_T_LENGTH XYZW_ONLY DEPTH_ZERO_TO_ONE)
+set(aligned INTRINSICS DEFAULT_ALIGNED_GENTYPES CTOR_INIT LEFT_HANDED)
+set(wide SWIZZLE PRECISION_LOWP_FLOAT UNRESTRICTED_GENTYPE)
+foreach(group IN ITEMS strict aligned wide)
+    lightmesh_add_test_program(lightmesh-test-glm-${group} "GLM's macros, ${group}:" glm_macros_test.cpp)
+    list(TRANSFORM ${group} PREPEND GLM_FORCE_)
+    target_compile_definitions(lightmesh-test-glm-${group} PRIVATE ${${group}})
+    target_compile_options(lightmesh-test-glm-${group} PRIVATE -O0)
 endforeach()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     # False reports inside std::optional, of members that GLM_FORCE_CTOR_INIT itself sets.
-    target_compile_options(lightmesh-test-glm-ctor_init PRIVATE -Wno-maybe-uninitialized)
+    target_compile_options(lightmesh-test-glm-aligned PRIVATE -Wno-maybe-uninitialized)
 endif()

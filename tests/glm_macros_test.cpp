@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 
-// Compiled once for each of GLM's macros that change its types or conventions, and once without.
+// Compiled for GLM's macros that change its types or conventions, several at a time.
 
 #include "analytic.hpp"
 

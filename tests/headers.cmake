@@ -1,11 +1,32 @@
 # SPDX-License-Identifier: MIT
 
-# Every header compiles alone, twice in one program, and with more warnings than the rest: one source file for
-# each, all linked into the tests.
+# Every header compiles alone, twice in one program, and with more warnings than the rest. After a header another one that
+# includes it may follow in the same file: it sees nothing there that it does not bring along. That takes a third of the
+# files, all linked into the tests.
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/include/*.hpp)
 foreach(header IN LISTS headers)
+    set(first TRUE)
+    file(STRINGS ${PROJECT_SOURCE_DIR}/include/${header} lines REGEX "^#include <lightmesh/")
+    foreach(line IN LISTS lines)
+        string(REGEX REPLACE "^#include <(.*)>.*" "\\1" included ${line})
+        if(NOT after_${included})
+            set(after_${included} ${header})
+            set(first FALSE)
+            break()
+        endif()
+    endforeach()
+    if(first)
+        list(APPEND first_headers ${header})
+    endif()
+endforeach()
+foreach(header IN LISTS first_headers)
     set(source ${CMAKE_CURRENT_BINARY_DIR}/headers/${header}.cpp)
-    file(CONFIGURE OUTPUT ${source} CONTENT "#include <${header}>\n#include <${header}>\n" @ONLY)
+    set(content "")
+    while(header)
+        string(APPEND content "#include <${header}>\n#include <${header}>\n")
+        set(header ${after_${header}})
+    endwhile()
+    file(CONFIGURE OUTPUT ${source} CONTENT "${content}" @ONLY)
     list(APPEND header_sources ${source})
 endforeach()
 add_library(lightmesh_headers OBJECT ${header_sources})

@@ -98,7 +98,7 @@ TEST_CASE("kernels count and subtract the rows of cells as plain loops do") {
             byte = static_cast<std::uint8_t>(random.below(8) == 0 ? 0xff : random.next());
     for (const Kernels* kernels : test::kernels_that_run()) {
         CAPTURE(kernels->name);
-        for (const std::size_t row_count : {0, 1, 2, 30, 31, 32, 61, 62, 63, 100, 264, 1000}) {
+        for (const std::size_t row_count : {0u, 1u, 2u, 30u, 31u, 32u, 61u, 62u, 63u, 100u, 264u, 1000u}) {
             for (const bool subtract : {false, true}) {
                 std::vector<lightmesh::detail::RowPoints> rows;
                 for (std::size_t r = 0; r < row_count; ++r) {
@@ -122,7 +122,7 @@ TEST_CASE("kernels count and subtract cells in words, and uniform bricks, as pla
     test::Random random(63);
     for (const Kernels* kernels : test::kernels_that_run()) {
         CAPTURE(kernels->name);
-        for (const std::size_t cell_count : {0, 1, 2, 31, 32, 62, 63, 200}) {
+        for (const std::size_t cell_count : {0u, 1u, 2u, 31u, 32u, 62u, 63u, 200u}) {
             for (const bool subtract : {false, true}) {
                 std::vector<std::array<std::uint64_t, 3>> words(cell_count);
                 std::vector<std::array<std::uint8_t, 64>> plain(cell_count);
@@ -156,7 +156,7 @@ TEST_CASE("kernels count and subtract cells in words, and uniform bricks, as pla
                     cells.push_back({lit, nullptr, 0, count});
                     for (std::size_t l = 0; l < 64; ++l)
                         for (int i = 0; i < count; ++i)
-                            add_plainly(expected, l, static_cast<int>(lit >> l & 1), subtract);
+                            add_plainly(expected, l, static_cast<std::uint32_t>(lit >> l & 1), subtract);
                 }
                 kernels->add_words(cells.data(), cells.size(), subtract, counts.data());
                 CHECK(counts == expected);

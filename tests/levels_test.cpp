@@ -318,7 +318,7 @@ TEST_CASE("levels: nothing jumps while a footprint grows") {
 TEST_CASE("levels: many points with mixed footprints have the values of one at a time") {
     for (const ShortTest short_test : test::all_short_tests) {
         for (const int light_count : {5, 70}) {
-            Work work(short_test, light_count, short_test == ShortTest::exact ? 60 : 300);
+            Work work(short_test, light_count, short_test == ShortTest::exact ? 40 : 150);
             work.points[5].position.x = not_a_number;
             work.points[6].normal = glm::vec3(0.0f);
             work.points[7].normal.y = infinity;

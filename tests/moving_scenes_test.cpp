@@ -497,7 +497,7 @@ TEST_CASE("moving scenes: over its budget, a frame forgets what has gone unused 
     const VisibilityCache expected_cache{HitTracer{&world.scene}, world.lights, cache_settings};
     const auto watch = [&](auto& subject, const auto& expected, std::size_t budget, double slack) {
         std::size_t most = 0;
-        for (std::size_t frame = 0; frame < 30; ++frame) {
+        for (std::size_t frame = 0; frame < 20; ++frame) {
             subject.begin_frame();
             most = std::max(most, frame < 2 ? 0 : subject.statistics().bytes);
             for (const lightmesh::SurfacePoint& point : part(frame))
@@ -507,7 +507,7 @@ TEST_CASE("moving scenes: over its budget, a frame forgets what has gone unused 
         // What the last frame used is there still.
         subject.begin_frame();
         const auto before = subject.statistics();
-        for (const lightmesh::SurfacePoint& point : part(29))
+        for (const lightmesh::SurfacePoint& point : part(19))
             (void)ask(subject, point);
         return std::pair(before, subject.statistics());
     };
@@ -525,7 +525,7 @@ TEST_CASE("moving scenes: over its budget, a frame forgets what has gone unused 
     VisibilityCache cache{HitTracer{&world.scene}, world.lights, cache_settings};
     const auto [cache_before, cache_after] = watch(cache, expected_cache, cache_budget, 1.3);
     const VisibilityCache fresh{HitTracer{&world.scene}, world.lights, cache_settings};
-    fresh.fill(part(29));
+    fresh.fill(part(19));
     CHECK(cache_after.lamp_rays - cache_before.lamp_rays < fresh.statistics().lamp_rays / 4);
     CHECK(cache_before.lamp_rays > expected_cache.statistics().lamp_rays);
 }

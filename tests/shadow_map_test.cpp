@@ -251,7 +251,7 @@ TEST_SUITE("shadow map") {
     TEST_CASE("what look_up is sure of is so, and the rest is little") {
         const auto scene = boxes_at_random(6, 20);
         const lightmesh::PointLight light{{0.3f, -9.0f, 0.7f}};
-        const Map map({&scene}, light, settings_of(1024));
+        const Map map({&scene}, light, settings_of(512));
         test::Random random(5);
         int wrong = 0;
         int edges = 0;

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/lightmesh.hpp>
+#include <lightmesh/fill/map_source.hpp>
+#include <lightmesh/fill/volume_source.hpp>
+#include <lightmesh/light_mesh.hpp>
+#include <lightmesh/shadows/shadow_map.hpp>
+#include <lightmesh/shadows/shadow_volume.hpp>
 
 #include <array>
 #include <cstddef>
