@@ -15,9 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <memory>
 #include <new>
 #include <span>

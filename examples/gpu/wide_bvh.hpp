@@ -15,9 +15,8 @@ namespace demo {
 ///
 ///     0-3, 4-7      the low and the high sides of their boxes along x, floats
 ///     8-15, 16-23   the same along y and along z
-///     24-27         what they are. A node: where it begins, in fours of words. A leaf: `leaf`, the number of
-///     its
-///                   first triangle from bit 2 on, how many there are below; of none: there is no child
+///     24-27         what they are. A node: where it begins, in fours of words. A leaf: `leaf`, its first
+///                   triangle from bit 2 on, how many it has below; with none there is no child
 struct WideBvh {
     static constexpr std::size_t words_of_node = 28;
     static constexpr std::size_t children_of_node = 4;

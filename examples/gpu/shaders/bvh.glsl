@@ -93,10 +93,8 @@ vec4 bvh_sides(uint at, uint axis) {
     return uintBitsToFloat(bvh_nodes[at]) * bvh_scale[axis] + bvh_shift[axis];
 }
 
-// From a node to one of the children that the ray meets from 0 to `reach`; the others wait. To the first one; or to the
-// last one, if any will do: rays of neighbours to one lamp have the more in common the nearer they are to it, and what
-// lanes of a GPU do together costs once.
-void bvh_open(float reach, bool is_any) {
+// From a node to one of the children that the ray meets from 0 to `reach`, the first or the last one; the others wait.
+void bvh_open(float reach, bool is_any, bool from_target) {
     uvec4 children = bvh_nodes[bvh_next + 6u];
     vec4 from = max(max(bvh_sides(bvh_next + bvh_near.x, 0u), bvh_sides(bvh_next + bvh_near.y, 1u)),
                     max(bvh_sides(bvh_next + bvh_near.z, 2u), vec4(0.0)));
@@ -105,7 +103,7 @@ void bvh_open(float reach, bool is_any) {
     // By some roundings of a product and a sum.
     bvec4 meets = lessThanEqual(from, to * 1.000001);
     // Floats of no sign are in the order of their bits.
-    uvec4 keys = is_any ? floatBitsToUint(to) ^ 0x7fffffffu : floatBitsToUint(from);
+    uvec4 keys = from_target ? floatBitsToUint(to) ^ 0x7fffffffu : floatBitsToUint(from);
     uvec2 first = uvec2(meets.x ? keys.x : bvh_end, children.x);
     uvec2 second = uvec2(meets.y ? keys.y : bvh_end, children.y);
     uvec2 third = uvec2(meets.z ? keys.z : bvh_end, children.z);
@@ -128,12 +126,13 @@ void bvh_open(float reach, bool is_any) {
 
 // Walks on. True: to `next`, a triangle that light may pass. False: to the end; or with `is_any` to an opaque triangle.
 // Opaque triangles shorten `hit`. Of triangles that a ray meets in one place the one of the least number counts,
-// whatever the shape of the tree.
-bool bvh_walk(vec3 origin, vec3 way, bool is_any, inout BvhHit hit, out BvhHit next) {
+// whatever the shape of the tree. With `is_any` it is faster to begin at the end that the rays of neighbours share, the
+// far one `from_target`: lanes of a GPU that take one way do it at the price of one.
+bool bvh_walk(vec3 origin, vec3 way, bool is_any, bool from_target, inout BvhHit hit, out BvhHit next) {
     // A node and then a triangle in each round: lanes that look for a triangle do not wait for each other.
     while (bvh_next != bvh_end) {
         if (bvh_next < bvh_leaf)
-            bvh_open(hit.t, is_any);
+            bvh_open(hit.t, is_any, from_target);
         if (bvh_next < bvh_leaf || bvh_next == bvh_end)
             continue;
         uint first_word = 3u * ((bvh_next & ~bvh_leaf) >> 2);
@@ -163,7 +162,7 @@ BvhHit closest_hit(vec3 origin, vec3 way, float reach) {
     BvhHit hit = BvhHit(~0u, reach, 0.0, 0.0);
     BvhHit next;
     bvh_begin(origin, way);
-    while (bvh_walk(origin, way, false, hit, next))
+    while (bvh_walk(origin, way, false, false, hit, next))
         if (!bvh_is_hole(next.triangle, next.u, next.v))
             hit = next;
     return hit;
@@ -171,14 +170,14 @@ BvhHit closest_hit(vec3 origin, vec3 way, float reach) {
 #endif
 
 #ifdef BVH_SHARE
-// The product of what all surfaces between two points let through.
+// The product of what all surfaces between a point and a lamp let through.
 float let_through(vec3 origin, vec3 target) {
     float share = 1.0;
     vec3 way = target - origin;
     BvhHit hit = BvhHit(~0u, 1.0, 0.0, 0.0);
     BvhHit next;
     bvh_begin(origin, way);
-    while (share > 0.0 && bvh_walk(origin, way, true, hit, next))
+    while (share > 0.0 && bvh_walk(origin, way, true, true, hit, next))
         share *= bvh_share(next.triangle, next.u, next.v);
     return hit.triangle == ~0u ? share : 0.0;
 }
@@ -205,14 +204,15 @@ uint bvh_hash(vec3 origin, vec3 target, uint surface) {
     return hash;
 }
 
-// Whether nothing blocks a segment; surfaces that let some of the light through do so by chance.
+// Whether nothing blocks a segment, whose origin is near to that of its neighbours; surfaces that let some of the light
+// through do so by chance.
 bool is_open(vec3 origin, vec3 target) {
     vec3 way = target - origin;
     BvhHit hit = BvhHit(~0u, 1.0, 0.0, 0.0);
     BvhHit next;
     bool is_blocked = false;
     bvh_begin(origin, way);
-    while (!is_blocked && bvh_walk(origin, way, true, hit, next)) {
+    while (!is_blocked && bvh_walk(origin, way, true, false, hit, next)) {
         float share = bvh_share(next.triangle, next.u, next.v);
         float chance = float(bvh_hash(origin, target, next.triangle)) * (1.0 / 4294967296.0);
         is_blocked = share < 1.0 && !(chance < share);
