@@ -76,25 +76,13 @@ struct Rays {
     double seconds = 0.0;       ///< of the device
 };
 
-/// The least time of `runs`.
-template <class Ask>
-double time_of(demo::GpuRays& rays, int runs, Ask&& ask) {
-    double least = 0.0;
-    for (int i = 0; i < runs; ++i) {
-        ask();
-        least = i == 0 ? rays.seconds() : (std::min)(least, rays.seconds());
-    }
-    return least;
-}
-
-Rays shadows(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<const Segment> segments,
-             int runs) {
+Rays shadows(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<const Segment> segments) {
     Rays result;
     const demo::EmbreeIntersector embree = scene.intersector();
     for (std::size_t first = 0; first < segments.size(); first += rays_at_once) {
         const auto some = segments.subspan(first, (std::min)(rays_at_once, segments.size() - first));
-        std::vector<float> found;
-        result.seconds += time_of(rays, runs, [&] { found = rays.let_through(some); });
+        const std::vector<float> found = rays.let_through(some);
+        result.seconds += rays.seconds();
         std::vector<float> expected(some.size());
         constexpr std::size_t block = 4096;
         tbb::parallel_for(std::size_t{0}, (some.size() + block - 1) / block, [&](std::size_t b) {
@@ -111,13 +99,12 @@ Rays shadows(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<cons
     return result;
 }
 
-Rays closest(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<const Segment> segments,
-             int runs) {
+Rays closest(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<const Segment> segments) {
     Rays result;
     for (std::size_t first = 0; first < segments.size(); first += rays_at_once) {
         const auto some = segments.subspan(first, (std::min)(rays_at_once, segments.size() - first));
-        std::vector<demo::GpuRays::Closest> found;
-        result.seconds += time_of(rays, runs, [&] { found = rays.closest(some); });
+        const std::vector<demo::GpuRays::Closest> found = rays.closest(some);
+        result.seconds += rays.seconds();
         std::vector<std::uint8_t> differs(some.size());
         tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t i) {
             const auto hit = scene.trace(some[i].origin, some[i].target - some[i].origin, 1.0f);
@@ -131,19 +118,19 @@ Rays closest(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<cons
 
 void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     const bool is_small = device.is_cpu();
-    const int runs = is_small ? 1 : 5;
     const demo::EmbreeScene embree(scene);
     const bench::ShadingPoints points(embree, is_small ? 160 : 1920, is_small ? 112 : 1440);
     const demo::GpuScene copy(device, embree);
     demo::GpuRays rays(device, copy);
+    rays.repeat_for(is_small ? 0.0 : 0.2);
     const auto row = [&](const char* kind, const Rays& r) {
         std::printf("| %s | %s | %zu | %.3f | %.6f | %zu |\n", scene.name.c_str(), kind, r.count,
                     1e3 * r.seconds, 1e-9 * static_cast<double>(r.count) / r.seconds, r.differing);
         std::fflush(stdout);
     };
-    row("eye to surface, the first hit", closest(rays, embree, eye_rays(embree, points), runs));
+    row("eye to surface, the first hit", closest(rays, embree, eye_rays(embree, points)));
     const std::size_t most = is_small ? 100000 : std::size_t{1} << 24;
-    row("surface to lights, any hit", shadows(rays, embree, shadow_rays(embree, points, most), runs));
+    row("surface to lights, any hit", shadows(rays, embree, shadow_rays(embree, points, most)));
 }
 
 /// What a small picture sees.

@@ -213,10 +213,6 @@ struct Read {
     std::vector<int> seen;
     int outside = 0;
 
-    std::uint32_t byte(std::size_t node, std::size_t word, std::size_t slot) const {
-        return bvh.nodes[node * demo::WideBvh::words_of_node + word + slot / 4] >> 8 * (slot % 4) & 255u;
-    }
-
     void triangle(std::size_t number, const glm::vec3& low, const glm::vec3& high) {
         const std::uint32_t* words = &bvh.triangles[number * demo::WideBvh::words_of_triangle];
         ++seen[words[3]];
@@ -230,29 +226,26 @@ struct Read {
 
     void node(std::size_t number, const glm::vec3& above_low, const glm::vec3& above_high) {
         const std::uint32_t* words = &bvh.nodes[number * demo::WideBvh::words_of_node];
-        std::uint32_t next_node = words[4];
-        for (std::size_t slot = 0; slot < 8; ++slot) {
-            const std::uint32_t kind = byte(number, 6, slot);
-            if (kind == 0)
-                continue;
+        for (std::size_t slot = 0; slot < demo::WideBvh::children_of_node; ++slot) {
             glm::vec3 low;
             glm::vec3 high;
             for (int axis = 0; axis < 3; ++axis) {
-                const auto corner = std::bit_cast<float>(words[axis]);
-                const float step = std::ldexp(1.0f, static_cast<int>(words[3] >> 8 * axis & 255u) - 127);
-                const auto pair = 2 * static_cast<std::size_t>(axis);
-                low[axis] = corner + step * static_cast<float>(byte(number, 8 + pair, slot));
-                high[axis] = corner + step * static_cast<float>(byte(number, 14 + pair, slot));
+                low[axis] = std::bit_cast<float>(words[8 * axis + slot]);
+                high[axis] = std::bit_cast<float>(words[8 * axis + 4 + slot]);
+            }
+            const std::uint32_t child = words[24 + slot];
+            if (child == demo::WideBvh::leaf) {
+                CHECK(low.x > high.x);
+                continue;
             }
             low = glm::max(low, above_low);
             high = glm::min(high, above_high);
-            if ((words[3] >> 24 >> slot & 1) != 0) {
-                CHECK(kind == (1u << 5 | (24 + slot)));
-                node(next_node++, low, high);
+            if ((child & demo::WideBvh::leaf) == 0) {
+                node(child / (demo::WideBvh::words_of_node / 4), low, high);
                 continue;
             }
-            for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(std::popcount(kind >> 5)); ++i)
-                triangle(words[5] + (kind & 31u) + i, low, high);
+            for (std::uint32_t i = 0; i < (child & 3u); ++i)
+                triangle(((child & ~demo::WideBvh::leaf) >> 2) + i, low, high);
         }
     }
 };
@@ -266,7 +259,7 @@ TEST_CASE("gpu frame: each triangle lies once in the wide BVH, and within all bo
         read.node(0, glm::vec3(-INFINITY), glm::vec3(INFINITY));
         CHECK(read.outside == 0);
         CHECK(std::ranges::all_of(read.seen, [](int times) { return times == 1; }));
-        CHECK(bvh.depth <= 16);
+        CHECK(bvh.depth <= 24);
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/gpu_rays.hpp"
 
+#include "render/stopwatch.hpp"
+
 #include <glm/vec4.hpp>
 
 #include <algorithm>
@@ -47,15 +49,21 @@ std::vector<GpuRays::Closest> GpuRays::run(const ComputeKernel& kernel,
     const ComputeBuffer answers(device_, segments.size() * sizeof(Closest));
     kernel.bind({.set = 1, .binding = 0, .buffer = asked});
     kernel.bind({.set = 1, .binding = 1, .buffer = answers});
-    seconds_ = device_.run([&](const ComputeCommands& commands) {
-        const auto count = static_cast<std::uint32_t>(segments.size());
-        for (std::uint32_t first = 0; first < count; first += most_groups * group_size) {
-            const std::uint32_t groups =
-                (std::min)((count - first + group_size - 1) / group_size, most_groups);
-            const std::array push{first, count};
-            commands.dispatch(kernel, groups, 1, 1, std::as_bytes(std::span(push)));
-        }
-    });
+    const auto ask = [&] {
+        return device_.run([&](const ComputeCommands& commands) {
+            const auto count = static_cast<std::uint32_t>(segments.size());
+            for (std::uint32_t first = 0; first < count; first += most_groups * group_size) {
+                const std::uint32_t groups =
+                    (std::min)((count - first + group_size - 1) / group_size, most_groups);
+                const std::array push{first, count};
+                commands.dispatch(kernel, groups, 1, 1, std::as_bytes(std::span(push)));
+            }
+        });
+    };
+    const Stopwatch watch;
+    seconds_ = ask();
+    for (int i = 1; repeated_for_ > 0.0 && (i < 5 || watch.seconds() < repeated_for_); ++i)
+        seconds_ = (std::min)(seconds_, ask());
     return answers.read_all<Closest>();
 }
 

@@ -15,9 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <memory>
 #include <new>
 #include <span>
@@ -29,14 +27,14 @@ namespace demo {
 
 namespace {
 
-constexpr std::size_t slots = 8;
+constexpr std::size_t slots = WideBvh::children_of_node;
 constexpr std::size_t most_of_leaf = 3;
+constexpr std::size_t fours_of_node = WideBvh::words_of_node / 4;
 
-/// What Embree's builder makes: a leaf, or a node with the boxes of its children.
+/// What Embree's builder makes: a leaf or a node.
 struct BuiltNode {
     std::size_t child_count = 0;
     std::array<BuiltNode*, slots> children{};
-    std::array<Bounds, slots> boxes{};
     std::size_t triangle_count = 0;
     std::array<std::uint32_t, most_of_leaf> triangles{};
 
@@ -54,11 +52,8 @@ void set_children(void* node, void** children, unsigned count, void*) {
         built.children[i] = static_cast<BuiltNode*>(children[i]);
 }
 
-void set_boxes(void* node, const RTCBounds** boxes, unsigned count, void*) {
-    for (std::size_t i = 0; i < count; ++i)
-        static_cast<BuiltNode*>(node)->boxes[i] = {{boxes[i]->lower_x, boxes[i]->lower_y, boxes[i]->lower_z},
-                                                   {boxes[i]->upper_x, boxes[i]->upper_y, boxes[i]->upper_z}};
-}
+/// Of no use: see `Fitter`.
+void set_boxes(void*, const RTCBounds**, unsigned, void*) {}
 
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
                   void*) {
@@ -100,56 +95,10 @@ std::vector<RTCBuildPrimitive> boxes_of_triangles(const Scene& scene, float more
     return boxes;
 }
 
-/// The children's slots: each child has a gain in each slot, how far it lies to the side that the slot stands
-/// for; the greatest gain is taken first.
-std::array<std::size_t, slots> slots_of_children(const BuiltNode& node, const Bounds& box) {
-    struct Choice {
-        float gain;
-        std::size_t child;
-        std::size_t slot;
-    };
-    std::vector<Choice> choices;
-    for (std::size_t child = 0; child < node.child_count; ++child) {
-        const glm::vec3 aside = node.boxes[child].low + node.boxes[child].high - (box.low + box.high);
-        for (std::size_t slot = 0; slot < slots; ++slot) {
-            float gain = 0.0f;
-            for (int axis = 0; axis < 3; ++axis)
-                gain += (slot >> axis & 1) != 0 ? aside[axis] : -aside[axis];
-            choices.push_back({gain, child, slot});
-        }
-    }
-    std::ranges::stable_sort(choices, std::ranges::greater{}, &Choice::gain);
-    std::array<std::size_t, slots> found{};
-    std::array<bool, slots> is_placed{};
-    std::array<bool, slots> is_taken{};
-    for (const Choice& choice : choices) {
-        if (is_placed[choice.child] || is_taken[choice.slot])
-            continue;
-        found[choice.child] = choice.slot;
-        is_placed[choice.child] = is_taken[choice.slot] = true;
-    }
-    return found;
+/// The last words of a node.
+std::span<std::uint32_t, slots> children_of(WideBvh& bvh, std::size_t node) {
+    return std::span(bvh.nodes).subspan(node * WideBvh::words_of_node + 24).first<slots>();
 }
-
-/// Powers of two: the steps that a box is cut into.
-struct Steps {
-    explicit Steps(const Bounds& box) {
-        for (int axis = 0; axis < 3; ++axis) {
-            const double length = static_cast<double>(box.high[axis]) - static_cast<double>(box.low[axis]);
-            int least = 0;
-            std::frexp(length / 255.0, &least);
-            exponents[static_cast<std::size_t>(axis)] = std::clamp(least, -126, 127);
-        }
-    }
-
-    /// From the low corner to a place on an axis.
-    double count(const Bounds& box, float place, int axis) const {
-        return std::ldexp(static_cast<double>(place) - static_cast<double>(box.low[axis]),
-                          -exponents[static_cast<std::size_t>(axis)]);
-    }
-
-    std::array<int, 3> exponents{};
-};
 
 /// Writes all but boxes and corners: see `fit`.
 class Writer {
@@ -171,49 +120,24 @@ private:
             throw std::runtime_error("the scene's BVH is deeper than " + std::to_string(most_bvh_depth) +
                                      " nodes, which shaders do not follow");
         bvh_.depth = (std::max)(bvh_.depth, depth);
-        Bounds box = node.boxes[0];
-        for (std::size_t i = 1; i < node.child_count; ++i) {
-            box.low = glm::min(box.low, node.boxes[i].low);
-            box.high = glm::max(box.high, node.boxes[i].high);
-        }
-        const std::array<std::size_t, slots> slot_of = slots_of_children(node, box);
-        std::array<const BuiltNode*, slots> in_slot{};
-        std::array<std::uint32_t, WideBvh::words_of_node> words{};
-        std::array<std::uint8_t, slots> kinds{};
-        std::uint32_t node_slots = 0;
-        for (std::size_t child = 0; child < node.child_count; ++child)
-            in_slot[slot_of[child]] = node.children[child];
+        const auto children = std::span(node.children).first(node.child_count);
+        std::array<std::uint32_t, slots> words{};
+        words.fill(WideBvh::leaf);
         const std::size_t first_node = bvh_.nodes.size() / WideBvh::words_of_node;
-        const std::size_t first_triangle = bvh_.triangles.size() / WideBvh::words_of_triangle;
-        for (std::size_t slot = 0; slot < slots; ++slot) {
-            if (in_slot[slot] == nullptr)
-                continue;
-            if (!in_slot[slot]->is_leaf()) {
-                node_slots |= 1u << slot;
-                kinds[slot] = static_cast<std::uint8_t>(1u << 5 | (24 + slot));
-                continue;
-            }
-            const std::size_t before = bvh_.triangles.size() / WideBvh::words_of_triangle - first_triangle;
-            kinds[slot] =
-                static_cast<std::uint8_t>(((1u << in_slot[slot]->triangle_count) - 1) << 5 | before);
-            write_triangles(*in_slot[slot]);
-        }
-        words[3] = node_slots << 24;
-        words[4] = static_cast<std::uint32_t>(first_node);
-        words[5] = static_cast<std::uint32_t>(first_triangle);
-        for (std::size_t slot = 0; slot < slots; ++slot)
-            words[6 + slot / 4] |= std::uint32_t{kinds[slot]} << 8 * (slot % 4);
-        std::ranges::copy(words,
-                          bvh_.nodes.begin() + static_cast<std::ptrdiff_t>(number * WideBvh::words_of_node));
-        const auto node_count = static_cast<std::size_t>(std::popcount(node_slots));
-        bvh_.nodes.resize(bvh_.nodes.size() + node_count * WideBvh::words_of_node);
         std::size_t next = first_node;
-        for (std::size_t slot = 0; slot < slots; ++slot)
-            if ((node_slots >> slot & 1) != 0)
-                write_node(*in_slot[slot], next++, depth + 1);
+        for (std::size_t slot = 0; slot < children.size(); ++slot)
+            words[slot] = children[slot]->is_leaf() ? write_triangles(*children[slot])
+                                                    : static_cast<std::uint32_t>(next++ * fours_of_node);
+        bvh_.nodes.resize(next * WideBvh::words_of_node);
+        std::ranges::copy(words, children_of(bvh_, number).begin());
+        next = first_node;
+        for (const BuiltNode* child : children)
+            if (!child->is_leaf())
+                write_node(*child, next++, depth + 1);
     }
 
-    void write_triangles(const BuiltNode& leaf) {
+    std::uint32_t write_triangles(const BuiltNode& leaf) {
+        const std::size_t first = bvh_.triangles.size() / WideBvh::words_of_triangle;
         for (const std::uint32_t number : std::span(leaf.triangles).first(leaf.triangle_count)) {
             const Triangle& triangle = scene_.triangles[number];
             const bool is_translucent = may_let_light_through(scene_.materials[triangle.material]);
@@ -222,6 +146,7 @@ private:
                 bvh_.triangles.push_back(word);
             }
         }
+        return WideBvh::leaf | static_cast<std::uint32_t>(first << 2 | leaf.triangle_count);
     }
 
     const Scene& scene_;
@@ -255,59 +180,39 @@ private:
     }
 
     void fit_node(std::size_t number) {
-        const auto words =
-            std::span(bvh_.nodes).subspan(number * WideBvh::words_of_node).first<WideBvh::words_of_node>();
-        const std::uint32_t node_slots = words[3] >> 24;
-        std::array<Bounds, slots> of_slots{};
+        const auto children = children_of(bvh_, number);
+        std::array<Bounds, slots> of_children{};
         Bounds& box = boxes_[number];
-        bool is_first = true;
-        for (std::size_t slot = 0, next = words[4]; slot < slots; ++slot) {
-            const std::uint32_t kind = words[6 + slot / 4] >> 8 * (slot % 4) & 255u;
-            if (kind == 0)
-                continue;
-            of_slots[slot] = (node_slots >> slot & 1) != 0
-                                 ? boxes_[next++]
-                                 : box_of_leaf(words[5] + (kind & 31u),
-                                               static_cast<std::size_t>(std::popcount(kind >> 5)));
-            box = is_first ? of_slots[slot] : common(box, of_slots[slot]);
-            is_first = false;
+        box = nothing();
+        for (std::size_t slot = 0; slot < slots; ++slot) {
+            of_children[slot] = box_of_child(children[slot]);
+            box = common(box, of_children[slot]);
         }
-        const Steps steps(box);
-        words[3] = node_slots << 24;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto at = static_cast<std::size_t>(axis);
-            words[at] = std::bit_cast<std::uint32_t>(box.low[axis]);
-            words[3] |= static_cast<std::uint32_t>(steps.exponents[at] + 127) << 8 * axis;
+        const auto words = std::span(bvh_.nodes).subspan(number * WideBvh::words_of_node);
+        for (std::size_t slot = 0; slot < slots; ++slot) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto i = static_cast<int>(axis);
+                words[8 * axis + slot] = std::bit_cast<std::uint32_t>(of_children[slot].low[i]);
+                words[8 * axis + 4 + slot] = std::bit_cast<std::uint32_t>(of_children[slot].high[i]);
+            }
         }
-        std::ranges::fill(words.subspan<8>(), 0u);
-        for (std::size_t slot = 0; slot < slots; ++slot)
-            if ((words[6 + slot / 4] >> 8 * (slot % 4) & 255u) != 0)
-                write_box(words, box, steps, of_slots[slot], slot);
     }
 
-    Bounds box_of_leaf(std::size_t first_triangle, std::size_t count) const {
-        Bounds box{glm::vec3(std::numeric_limits<float>::infinity()),
-                   glm::vec3(-std::numeric_limits<float>::infinity())};
-        for (std::size_t i = first_triangle; i < first_triangle + count; ++i)
+    Bounds box_of_child(std::uint32_t child) const {
+        if ((child & WideBvh::leaf) == 0)
+            return boxes_[child / fours_of_node];
+        Bounds box = nothing();
+        const std::size_t first = (child & ~WideBvh::leaf) >> 2;
+        for (std::size_t i = first; i < first + (child & 3u); ++i)
             box = common(box, box_of(scene_, triangle_at(i * WideBvh::words_of_triangle)));
         return {box.low - more_, box.high + more_};
     }
 
+    /// It ends before it begins, for all rays; shaders need not know infinity.
+    static Bounds nothing() { return {glm::vec3(1e30f), glm::vec3(-1e30f)}; }
+
     static Bounds common(const Bounds& a, const Bounds& b) {
         return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
-    }
-
-    static void write_box(std::span<std::uint32_t, WideBvh::words_of_node> words, const Bounds& box,
-                          const Steps& steps, const Bounds& of_child, std::size_t slot) {
-        const auto put_byte = [&](std::size_t word, double byte) {
-            words[word + slot / 4] |= static_cast<std::uint32_t>(std::clamp(byte, 0.0, 255.0))
-                                      << 8 * (slot % 4);
-        };
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto pair = 2 * static_cast<std::size_t>(axis);
-            put_byte(8 + pair, std::floor(steps.count(box, of_child.low[axis], axis)));
-            put_byte(14 + pair, std::ceil(steps.count(box, of_child.high[axis], axis)));
-        }
     }
 
     WideBvh& bvh_;

@@ -3,31 +3,24 @@
 
 #include "scene/scene.hpp"
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace demo {
 
-/// A BVH of up to 8 children a node for shaders, with boxes in bytes: Ylitie, Karras and Laine, "Efficient
-/// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017. Shaders see it by bvh.glsl.
+/// A BVH of up to 4 children a node for shaders, which see it by bvh.glsl.
 ///
-/// A node is 20 words:
+/// A node is 28 words, four of each kind, one a child:
 ///
-///     0-2    the low corner of its box, floats
-///     3      the exponents of the steps along x, y and z, 127 more than they are; above: which of the slots
-///            hold nodes
-///     4, 5   the first child node, and the first triangle of the children that are leaves
-///     6, 7   a byte a slot. 0: empty. Node: 1 in the upper 3 bits, 24 + slot below. Leaf: as many bits above
-///     as
-///            it has triangles, and the number of the first one below
-///     8-13   bytes of all slots: the low sides of their boxes, in steps from the corner, along x, y, z
-///     14-19  the high sides
-///
-/// A child lies in the slot whose bits say on which side of each axis it is, as far as there is room: rays
-/// visit children in an order by their signs alone.
+///     0-3, 4-7      the low and the high sides of their boxes along x, floats
+///     8-15, 16-23   the same along y and along z
+///     24-27         what they are. A node: where it begins, in fours of words. A leaf: `leaf`, its first
+///                   triangle from bit 2 on, how many it has below; with none there is no child
 struct WideBvh {
-    static constexpr std::size_t words_of_node = 20;
+    static constexpr std::size_t words_of_node = 28;
+    static constexpr std::size_t children_of_node = 4;
+    static constexpr std::uint32_t leaf = std::uint32_t{1} << 31;
     /// Of three corners, with a fourth word each: the triangle's number in the scene, whether light may pass
     /// it (1), nothing.
     static constexpr std::size_t words_of_triangle = 12;
@@ -45,6 +38,6 @@ WideBvh build_wide_bvh(const Scene& scene);
 void fit(WideBvh& bvh, const Scene& scene);
 
 /// As bvh.glsl has it.
-inline constexpr std::uint32_t most_bvh_depth = 48;
+inline constexpr std::uint32_t most_bvh_depth = 32;
 
 }  // namespace demo
