@@ -122,7 +122,7 @@ void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     const bench::ShadingPoints points(embree, is_small ? 160 : 1920, is_small ? 112 : 1440);
     const demo::GpuScene copy(device, embree);
     demo::GpuRays rays(device, copy);
-    rays.repeat_for(is_small ? 0.0 : 0.2);
+    rays.begin_timing();
     const auto row = [&](const char* kind, const Rays& r) {
         std::printf("| %s | %s | %zu | %.3f | %.6f | %zu |\n", scene.name.c_str(), kind, r.count,
                     1e3 * r.seconds, 1e-9 * static_cast<double>(r.count) / r.seconds, r.differing);
@@ -133,10 +133,11 @@ void time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     row("surface to lights, any hit", shadows(rays, embree, shadow_rays(embree, points, most)));
 }
 
-/// What a small picture sees.
+/// What a picture of `width` x 3/4 `width` sees; a small one on a CPU that plays a GPU.
 std::vector<lightmesh::SurfacePoint> points_to_fill(const demo::ComputeDevice& device,
-                                                    const demo::EmbreeScene& scene) {
-    const bench::ShadingPoints points(scene, device.is_cpu() ? 16 : 960, device.is_cpu() ? 16 : 720);
+                                                    const demo::EmbreeScene& scene, int width) {
+    const bench::ShadingPoints points(scene, device.is_cpu() ? 16 : width,
+                                      device.is_cpu() ? 16 : width * 3 / 4);
     std::vector<lightmesh::SurfacePoint> asked;
     for (std::size_t t = 0; t < points.tile_count(); ++t)
         for (std::size_t i = 0; i < points.tile(t).size(); ++i)
@@ -148,7 +149,7 @@ std::vector<lightmesh::SurfacePoint> points_to_fill(const demo::ComputeDevice& d
 /// it keeps.
 void time_long_tests(const demo::ComputeDevice& device, const demo::Scene& scene) {
     const demo::EmbreeScene embree(scene);
-    const std::vector<lightmesh::SurfacePoint> asked = points_to_fill(device, embree);
+    const std::vector<lightmesh::SurfacePoint> asked = points_to_fill(device, embree, 960);
     const lightmesh::LightMesh<demo::EmbreeIntersector> mesh(
         embree.intersector(), demo::shapes_of_lights(scene), demo::options_of(scene).settings);
     const demo::GpuScene copy(device, embree);
@@ -215,7 +216,7 @@ void time_lamp_rays(const demo::ComputeDevice& device, const demo::Scene& scene,
     std::atomic<std::size_t> differing = 0;
     std::atomic<double> seconds_of_embree = 0.0;
     const demo::Stopwatch filling;
-    demo::fill_by_lists(cache, points_to_fill(device, embree),
+    demo::fill_by_lists(cache, points_to_fill(device, embree, 480),
                         [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) {
                             shaders(segments, hit, nullptr);
                             const demo::Stopwatch watch;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/gpu_rays.hpp"
 
-#include "render/stopwatch.hpp"
-
 #include <glm/vec4.hpp>
 
 #include <algorithm>
@@ -60,10 +58,7 @@ std::vector<GpuRays::Closest> GpuRays::run(const ComputeKernel& kernel,
             }
         });
     };
-    const Stopwatch watch;
-    seconds_ = ask();
-    for (int i = 1; repeated_for_ > 0.0 && (i < 5 || watch.seconds() < repeated_for_); ++i)
-        seconds_ = (std::min)(seconds_, ask());
+    seconds_ = is_timed_ ? device_.least_time(ask) : ask();
     return answers.read_all<Closest>();
 }
 

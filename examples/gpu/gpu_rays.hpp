@@ -27,10 +27,9 @@ public:
     /// The shares of light that pass, as `EmbreeIntersector::let_through`.
     std::vector<float> let_through(std::span<const lightmesh::Segment> segments);
 
-    /// To time: each list is asked again until so many seconds are spent, at least 5 times. A GPU takes a
-    /// while until its clock is up.
-    void repeat_for(double seconds) { repeated_for_ = seconds; }
-    /// The least that the device took for the last list.
+    /// From now on lists are asked again and again: see `ComputeDevice::least_time`.
+    void begin_timing() { is_timed_ = true; }
+    /// What the device took for the last list.
     double seconds() const { return seconds_; }
 
 private:
@@ -39,7 +38,7 @@ private:
     ComputeDevice device_;
     ComputeKernel closest_;
     ComputeKernel occluded_;
-    double repeated_for_ = 0.0;
+    bool is_timed_ = false;
     double seconds_ = 0.0;
 };
 
