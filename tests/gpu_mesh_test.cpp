@@ -269,6 +269,38 @@ TEST_CASE("gpu mesh: walls on planes of the grid, and steps that no float is") {
     }
 }
 
+TEST_CASE("gpu mesh: a little below the grid's origin, where floats of a place lose what doubles keep") {
+    World world(40, 0, 4.0f, 4.0f, ShortTest::none);
+    world.settings.origin = glm::vec3(0.0f);
+    // Between two places that hemispheres are rounded to, of 2^-11 steps; only where it matters which of
+    // them.
+    constexpr int one = 2048;
+    const auto size_at = [&](int x, float y, float z) {
+        const auto units = [](float at) {
+            return static_cast<int>(std::floor(at * one + 0.5f));
+        };
+        int size = 0;
+        for (int i = 1; i <= 4; ++i)
+            for (int j = -4; j <= 5; ++j)
+                for (int k = -4; k <= 5; ++k) {
+                    const glm::ivec3 d = one * glm::ivec3(i, j, k) - glm::ivec3(x, units(y), units(z));
+                    size += d.x * d.x + d.y * d.y + d.z * d.z < 16 * one * one ? 1 : 0;
+                }
+        return size;
+    };
+    test::Random random(9);
+    while (world.points.size() < 200) {
+        const auto y = static_cast<float>(random.uniform(0.1, 0.9));
+        const auto z = static_cast<float>(random.uniform(0.1, 0.9));
+        if (size_at(-1, y, z) == size_at(0, y, z))
+            continue;
+        const auto i = static_cast<float>(static_cast<int>(world.points.size()) % 40 - 20);
+        world.points.push_back(
+            {.position = {std::ldexp(-1.0f, -12) + std::ldexp(i, -29), y, z}, .normal = {1.0f, 0.0f, 0.0f}});
+    }
+    check_equal(world);
+}
+
 TEST_CASE("gpu mesh: far from the origin, and at any scale") {
     struct Place {
         float offset;

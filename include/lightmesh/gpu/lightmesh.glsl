@@ -550,7 +550,21 @@ int lightmesh_lowest_height(int level, float largest) {
 
 const uint lightmesh_no_brick = 0xffffffffu;
 
-// floor(a + b), 0 <= a < 2^12, if what is left of it leaves no doubt, given how far a + b may be off.
+// floor(a), a - floor(a), and what that lost to rounding: below 0 it may.
+struct LightMeshParts {
+    float whole;
+    float part;
+    float lost;
+};
+
+LightMeshParts lightmesh_parts(float a) {
+    float whole = floor(a);
+    precise float part = a - whole;
+    precise float lost = a - (part + whole);
+    return LightMeshParts(whole, part, lost);
+}
+
+// floor(a + b), 0 <= a <= 2, if what is left of it leaves no doubt, given how far a + b may be off.
 bool lightmesh_floor_of_sum(float a, float b, float error, out int whole) {
     float base = floor(a);
     precise float part = (a - base) + b;
@@ -595,15 +609,17 @@ bool lightmesh_reach(int level, int axis, float position, out LightMeshReach rea
     LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
     float whole_quality = floor(lightmesh.quality), quality = lightmesh.quality - whole_quality;
     float one = uintBitsToFloat((127u + lightmesh.fraction_bits) << 23);
-    float base = floor(c.at.x), part = c.at.x - base;
-    int low, high, units;
-    bool is_low_clear = lightmesh_floor_of_sum(part + (1.0 - quality), c.at.y, c.error, low);
-    bool is_high_clear = lightmesh_floor_of_sum(part + quality, c.at.y, c.error, high);
-    bool is_clear = lightmesh_floor_of_sum(part * one + 0.5, c.at.y * one, c.error * one, units);
-    int steps = int(base);
+    LightMeshParts at = lightmesh_parts(c.at.x);
+    float rest = at.lost + c.at.y;
+    float scaled = at.part * one, below = floor(scaled);
+    int low, high, rounds_up;
+    bool is_low_clear = lightmesh_floor_of_sum(at.part + (1.0 - quality), rest, c.error, low);
+    bool is_high_clear = lightmesh_floor_of_sum(at.part + quality, rest, c.error, high);
+    bool is_clear = lightmesh_floor_of_sum((scaled - below) + 0.5, rest * one, c.error * one, rounds_up);
+    int steps = int(at.whole);
     reach.first = (steps + low - 1 - int(whole_quality)) >> 2;
     reach.last = (steps + high + int(whole_quality)) >> 2;
-    reach.position = ((steps - 4 * reach.first) << lightmesh.fraction_bits) + units;
+    reach.position = ((steps - 4 * reach.first) << lightmesh.fraction_bits) + int(below) + rounds_up;
     return is_low_clear && is_high_clear && is_clear;
 }
 
@@ -875,18 +891,20 @@ struct LightMeshInFront {
 // By floats; false where they can't tell.
 bool lightmesh_in_front(int level, int axis, float position, float ahead, out LightMeshInFront place) {
     LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
-    float base = floor(c.at.x), part = c.at.x - base;
-    precise float sum = part + ahead;
-    precise float in_it = sum - part;
-    precise float lost = (part - (sum - in_it)) + (ahead - in_it);
-    precise float more = lost + c.at.y;
-    float whole = floor(sum);
-    float error = 1024.0 * (c.error + abs(more) * 1.2e-7);
-    int fraction;
-    bool is_clear = lightmesh_floor_of_sum((sum - whole) * 1024.0, more * 1024.0, error, fraction);
-    place.low = int(base) + int(whole) + (fraction >> 10);
+    LightMeshParts at = lightmesh_parts(c.at.x);
+    precise float sum = at.part + ahead;
+    precise float in_it = sum - at.part;
+    precise float lost = (at.part - (sum - in_it)) + (ahead - in_it);
+    LightMeshParts of_sum = lightmesh_parts(sum);
+    precise float more = (lost + of_sum.lost) + (at.lost + c.at.y);
+    float error = 1024.0 * (c.error + abs(more) * 2.4e-7);
+    float scaled = of_sum.part * 1024.0, below = floor(scaled);
+    int rounds_up;
+    bool is_clear = lightmesh_floor_of_sum(scaled - below, more * 1024.0, error, rounds_up);
+    int fraction = int(below) + rounds_up;
+    place.low = int(at.whole) + int(of_sum.whole) + (fraction >> 10);
     place.fraction = fraction & 1023;
-    return is_clear && abs(whole) < 16777000.0;
+    return is_clear && abs(of_sum.whole) < 16777000.0;
 }
 
 LightMeshInFront lightmesh_exactly_in_front(int level, int axis, float position, float unit, int in_front) {
