@@ -524,7 +524,7 @@ uvec2 lightmesh_cache_double_square(uvec2 a) {
 
 // In floats where those are sure, else in doubles.
 bool lightmesh_cache_faces(vec3 at, bool is_directional, vec3 point, vec3 normal) {
-    precise vec3 offset = is_directional ? at : at - point;
+    precise vec3 offset = at - (is_directional ? vec3(0.0) : point);
     precise vec3 products = normal * offset;
     precise float sum = products.x + products.y + products.z;
     float size = abs(products.x) + abs(products.y) + abs(products.z);
@@ -613,11 +613,11 @@ void lightmesh_cache_add(inout uvec2 lights, uint l) {
 // its smooth one.
 uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
     uvec4 found = uvec4(0u);
-    uint turns = at.is_smooth ? 2u : 1u;
+    uint turns = at.is_smooth ? 2u : 1u, count = lightmesh_cache_tile_size(tile);
     for (uint turn = 0u; turn < turns; ++turn) {
         vec3 normal = turn == 0u ? at.normal : at.smooth_normal;
         uvec2 reaching = uvec2(0u);
-        for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
+        for (uint l = 0u; l < count; ++l)
             if (lightmesh_cache_has(asked, l) && lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
                 lightmesh_cache_add(reaching, l);
         found = turn == 0u ? uvec4(reaching, 0u, 0u) : uvec4(found.xy, reaching);
@@ -682,15 +682,14 @@ vec3 lightmesh_cache_record_normal(uint record) {
     return lightmesh_cache_normal_of(lightmesh_cache_records[record].w, lightmesh_cache_records[record + 1u]);
 }
 
-// The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known.
+// The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known. Mostly it is the first one: all
+// records have room for one, which is read along.
 uvec4 lightmesh_cache_record_row(uint record, uint tile) {
-    uint count = lightmesh_cache_records[record + 1u].w, i = 0u;
-    uvec4 row = uvec4(~0u);
-    while (i < count && (row.x & 0x00ffffffu) != tile) {
+    uint count = lightmesh_cache_records[record + 1u].w;
+    uvec4 row = lightmesh_cache_records[record + 2u];
+    for (uint i = 1u; i < count && (row.x & 0x00ffffffu) != tile; ++i)
         row = lightmesh_cache_records[record + 2u + i];
-        ++i;
-    }
-    return (row.x & 0x00ffffffu) == tile ? row : uvec4(0u);
+    return count != 0u && (row.x & 0x00ffffffu) == tile ? row : uvec4(0u);
 }
 
 // The values of the eight lights of an octet of a tile, a byte each; 0 where they are not known. `row`: the octets that

@@ -291,8 +291,10 @@ private:
     };
 
     static constexpr std::uint32_t record_head = 2;
-    /// Pools count pairs.
-    static std::uint32_t pairs_of(std::uint32_t tiles) { return 2 * (record_head + tiles); }
+    /// Pools count pairs. There is room for one tile, as shaders read it along with the head.
+    static std::uint32_t pairs_of(std::uint32_t tiles) {
+        return 2 * (record_head + (std::max)(tiles, std::uint32_t{1}));
+    }
     static std::uint32_t size_of(const Word& tile) {
         return static_cast<std::uint32_t>(std::popcount(tile[0] >> 24));
     }
