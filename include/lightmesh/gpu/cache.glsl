@@ -656,6 +656,11 @@ bool lightmesh_cache_is_other(uvec4 slot, uvec3 key) {
     return slot.w != 0u && slot.xyz != key;
 }
 
+// The lowest bits of four words.
+uint lightmesh_cache_bits(uvec4 words) {
+    return (words.x & 1u) | (words.y & 1u) << 1 | (words.z & 1u) << 2 | (words.w & 1u) << 3;
+}
+
 // Where a key's record stands, or 0. `what`: kind and facing.
 uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
     uvec3 key = lightmesh_cache_key(index, what, level);
@@ -670,16 +675,17 @@ uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
 vec3 lightmesh_cache_record_position(uint record) {
     return uintBitsToFloat(lightmesh_cache_records[record].xyz);
 }
-// By what a record's two words say; zero: there is no surface.
-vec3 lightmesh_cache_normal_of(uint xy, uvec4 more) {
+vec4 lightmesh_cache_unit_floats(ivec4 components) {
+    precise vec4 floats = vec4(components) * uintBitsToFloat(0x38000100u);  // 1 / 32767
+    return floats;
+}
+// Zero: there is no surface.
+vec3 lightmesh_cache_record_normal(uint record) {
+    uint xy = lightmesh_cache_records[record].w;
+    uvec4 more = lightmesh_cache_records[record + 1u];
     if ((more.y & 1u) == 0u)
         return vec3(0.0);
-    ivec3 normal = ivec3(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16);
-    precise vec3 unit = vec3(normal) * uintBitsToFloat(0x38000100u);  // 1 / 32767
-    return unit;
-}
-vec3 lightmesh_cache_record_normal(uint record) {
-    return lightmesh_cache_normal_of(lightmesh_cache_records[record].w, lightmesh_cache_records[record + 1u]);
+    return lightmesh_cache_unit_floats(ivec4(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16, 0)).xyz;
 }
 
 // The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known. Mostly it is the first one: all
@@ -698,6 +704,31 @@ uvec2 lightmesh_cache_row_octet(uint octets, uint first, uint octet) {
     if (((octets >> octet) & 1u) == 0u)
         return uvec2(0u);
     return lightmesh_cache_octets[first + uint(bitCount(octets & ((1u << octet) - 1u)))];
+}
+
+// Of four taps' tiles the first octets, which octets there are, eight bits each, and which lights are known to all.
+struct LightMeshCacheRows {
+    uvec4 firsts;
+    uint octets;
+    uvec2 known;
+};
+
+LightMeshCacheRows lightmesh_cache_rows_of(uvec4 taps, uint tile) {
+    uvec4 x = lightmesh_cache_record_row(taps.x, tile), y = lightmesh_cache_record_row(taps.y, tile),
+          z = lightmesh_cache_record_row(taps.z, tile), w = lightmesh_cache_record_row(taps.w, tile);
+    return LightMeshCacheRows(
+        uvec4(x.y, y.y, z.y, w.y),
+        x.x >> 24 | (y.x & 0xff000000u) >> 16 | (z.x & 0xff000000u) >> 8 | (w.x & 0xff000000u), x.zw & y.zw & z.zw & w.zw);
+}
+
+// The words of the first four, and of the other lights of an octet.
+void lightmesh_cache_read_octets(LightMeshCacheRows rows, uint octet, out uvec4 low, out uvec4 high) {
+    uvec2 x = lightmesh_cache_row_octet(rows.octets & 255u, rows.firsts.x, octet),
+          y = lightmesh_cache_row_octet(rows.octets >> 8 & 255u, rows.firsts.y, octet),
+          z = lightmesh_cache_row_octet(rows.octets >> 16 & 255u, rows.firsts.z, octet),
+          w = lightmesh_cache_row_octet(rows.octets >> 24, rows.firsts.w, octet);
+    low = uvec4(x.x, y.x, z.x, w.x);
+    high = uvec4(x.y, y.y, z.y, w.y);
 }
 
 // ---- a cell of four records
@@ -943,16 +974,11 @@ bool lightmesh_cache_trace_link(int from, int to, int start, int end, int axis, 
 // Which neighbouring columns have a free segment between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v. By the links
 // and the lattice indices of the records.
 void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
-    uint links = 0u, untraced = 0u;
-    for (int i = 0; i < 4; ++i) {
-        int from = i == 0 ? 0 : i == 2 ? 0 : i == 1 ? 2 : 1, to = from + (i < 2 ? 1 : 2);
-        int rise = ends[to] - ends[from];
-        if (rise < -1 || rise > 1)
-            continue;
-        uint of_rise = kept[from] >> (16 + (i < 2 ? 0 : 3) + rise + 1);
-        links |= ((of_rise >> 6) & of_rise & 1u) << i;
-        untraced |= (~of_rise & 1u) << i;
-    }
+    ivec4 rise = ends.ywzw - ends.xzxy;
+    uvec4 is_near = uvec4(lessThanEqual(abs(rise), ivec4(1)));
+    uvec4 of_rise = kept.xzxy >> uvec4(clamp(rise, -1, 1) + ivec4(17, 17, 20, 20));
+    uint links = lightmesh_cache_bits(of_rise >> 6 & of_rise & is_near),
+         untraced = lightmesh_cache_bits(~of_rise & is_near);
     while (untraced != 0u) {
         int i = findLSB(untraced);
         untraced &= untraced - 1u;
@@ -964,9 +990,23 @@ void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
     lightmesh_cache_cell.links = links;
 }
 
-bool lightmesh_cache_is_same(vec3 a, vec3 b) {
-    precise vec3 d = abs(a - b);
-    return d.x < 1e-4 && d.y < 1e-4 && d.z < 1e-4;
+// Four vectors, by their components.
+struct LightMeshCacheFour {
+    vec4 x, y, z;
+};
+
+vec4 lightmesh_cache_dots(LightMeshCacheFour a, LightMeshCacheFour b) {
+    precise vec4 sums = (a.x * b.x + a.y * b.y) + a.z * b.z;
+    return sums;
+}
+
+LightMeshCacheFour lightmesh_cache_four(vec3 v) {
+    return LightMeshCacheFour(vec4(v.x), vec4(v.y), vec4(v.z));
+}
+
+LightMeshCacheFour lightmesh_cache_differences(LightMeshCacheFour a, LightMeshCacheFour b) {
+    precise vec4 x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
+    return LightMeshCacheFour(x, y, z);
 }
 
 // How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them. In doubles.
@@ -1003,23 +1043,29 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
     return uint(share) | (is_suspect ? 512u : 0u);
 }
 
-// The same by floats; 1024 more where those can't tell.
-uint lightmesh_cache_fit(vec3 offset, vec3 normal, LightMeshCachePoint at, vec4 limits) {
-    vec3 to_point = offset * at.normal, to_record = offset * normal, between = normal * at.normal;
-    float before = to_point.x + to_point.y + to_point.z, before_record = to_record.x + to_record.y + to_record.z,
-          cosine = between.x + between.y + between.z;
-    vec3 slack = 5e-7 * vec3(abs(to_point.x) + abs(to_point.y) + abs(to_point.z),
-                             abs(to_record.x) + abs(to_record.y) + abs(to_record.z),
-                             abs(between.x) + abs(between.y) + abs(between.z)) + 1e-36;
-    vec2 parts = vec2((limits.x - abs(before)) * limits.y, (cosine - 0.65) * 10.0);
-    vec2 unsure = vec2((slack.x + 3e-7 * (limits.x + abs(before))) * limits.y, 10.0 * (slack.z + 1e-6));
-    ivec2 least = ivec2(256.0 * clamp(parts - unsure, 0.0, 1.0)), most = ivec2(256.0 * clamp(parts + unsure, 0.0, 1.0));
-    bool is_sure = least == most || most.x == 0 || most.y == 0;
-    float over = before - limits.z, over_record = before_record - limits.z;
-    float loss = slack.x + 3e-7 * limits.z, loss_record = slack.y + 3e-7 * limits.z;
-    bool is_surely_not = over < -loss || over_record < -loss_record, is_suspect = over > loss && over_record > loss_record;
-    return uint(most.x * most.y >> 8) | (is_suspect ? 512u : 0u) |
-           (is_sure && (is_suspect || is_surely_not) ? 0u : 1024u);
+// The same of four records by floats, and 1024 more where those can't tell. `limits`: how near records fit, how fast that
+// ends, and from where on something may lie between.
+uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normals, vec3 normal, vec3 limits) {
+    LightMeshCacheFour n = lightmesh_cache_four(normal);
+    vec4 before = lightmesh_cache_dots(offsets, n), before_record = lightmesh_cache_dots(offsets, normals),
+         cosine = lightmesh_cache_dots(normals, n);
+    vec4 x = abs(offsets.x), y = abs(offsets.y), z = abs(offsets.z);
+    vec4 slack = 5e-7 * (x * abs(n.x) + y * abs(n.y) + z * abs(n.z)) + 1e-36,
+         record_slack = 5e-7 * (x * abs(normals.x) + y * abs(normals.y) + z * abs(normals.z)) + 1e-36;
+    vec4 height = (limits.x - abs(before)) * limits.y, slope = cosine * 10.0 - 6.5;
+    vec4 unsure = (slack + 3e-7 * (limits.x + abs(before))) * limits.y;
+    const float unsure_slope = 3e-5;
+    ivec4 least = ivec4(256.0 * clamp(height - unsure, 0.0, 1.0)), most = ivec4(256.0 * clamp(height + unsure, 0.0, 1.0)),
+          least_slope = ivec4(256.0 * clamp(slope - unsure_slope, 0.0, 1.0)),
+          most_slope = ivec4(256.0 * clamp(slope + unsure_slope, 0.0, 1.0));
+    uvec4 is_sure = (uvec4(equal(least, most)) & uvec4(equal(least_slope, most_slope))) |
+                    uvec4(equal(min(most, most_slope), ivec4(0)));
+    vec4 over = before - limits.z, record_over = before_record - limits.z;
+    slack += 3e-7 * limits.z;
+    record_slack += 3e-7 * limits.z;
+    uvec4 is_surely_not = uvec4(lessThan(over, -slack)) | uvec4(lessThan(record_over, -record_slack)),
+          is_suspect = uvec4(greaterThan(over, slack)) & uvec4(greaterThan(record_over, record_slack));
+    return uvec4(most * most_slope >> 8) | is_suspect << 9 | (1u - (is_sure & (is_suspect | is_surely_not))) << 10;
 }
 
 // Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
@@ -1055,33 +1101,32 @@ uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint
     return seen;
 }
 
-// Of 2^15 what a weight of a sum is, rounded down; below 2^27.
-uint lightmesh_cache_part_of(uint weight, uint sum) {
-    uint part = uint(float(weight) / float(sum) * 32768.0);
-    int rest = int((weight << 15) - part * sum);
-    return rest < 0 ? part - 1u : rest >= int(sum) ? part + 1u : part;
+// Of 2^15 what weights of a sum are, rounded down; below 2^27.
+uvec4 lightmesh_cache_parts_of(uvec4 weights, uint sum) {
+    uvec4 parts = uvec4(vec4(weights) / float(sum) * 32768.0);
+    ivec4 rest = ivec4((weights << 15) - parts * sum);
+    return parts + uvec4(greaterThanEqual(rest, ivec4(int(sum)))) - uvec4(lessThan(rest, ivec4(0)));
 }
 
 // Makes the weights sum to 2^15; so far they have any sum, below 2^27. The rest is the heaviest one's, the first of
-// those.
+// those: of each corner the record on a surface, and then the one in the air.
 void lightmesh_cache_set_weights() {
     uvec4 on = lightmesh_cache_cell.weights, above = lightmesh_cache_cell.air_weights;
     uvec4 both = on + above, most = max(on, above);
     uint sum = both.x + both.y + both.z + both.w;
     uint greatest = max(max(most.x, most.y), max(most.z, most.w));
-    uint rest = 32768u;
-    bool is_open = true;
-    for (int k = 0; k < 4; ++k) {
-        lightmesh_cache_cell.weights[k] = lightmesh_cache_part_of(on[k], sum);
-        lightmesh_cache_cell.air_weights[k] = lightmesh_cache_part_of(above[k], sum);
-        rest -= lightmesh_cache_cell.weights[k] + lightmesh_cache_cell.air_weights[k];
-    }
-    for (int k = 0; k < 4; ++k) {
-        lightmesh_cache_cell.weights[k] += is_open && on[k] == greatest ? rest : 0u;
-        is_open = is_open && on[k] != greatest;
-        lightmesh_cache_cell.air_weights[k] += is_open && above[k] == greatest ? rest : 0u;
-        is_open = is_open && above[k] != greatest;
-    }
+    uint heaviest = lightmesh_cache_bits(uvec4(equal(on, uvec4(greatest)))) |
+                    lightmesh_cache_bits(uvec4(equal(above, uvec4(greatest)))) << 4;
+    // As bits in that order.
+    heaviest = (heaviest & 1u) | (heaviest & 2u) << 1 | (heaviest & 4u) << 2 | (heaviest & 8u) << 3 |
+               (heaviest & 16u) >> 3 | (heaviest & 32u) >> 2 | (heaviest & 64u) >> 1 | (heaviest & 128u);
+    heaviest &= ~(heaviest - 1u);
+    on = lightmesh_cache_parts_of(on, sum);
+    above = lightmesh_cache_parts_of(above, sum);
+    both = on + above;
+    uint rest = 32768u - (both.x + both.y + both.z + both.w);
+    lightmesh_cache_cell.weights = on + rest * uvec4(equal(uvec4(heaviest), uvec4(1u, 4u, 16u, 64u)));
+    lightmesh_cache_cell.air_weights = above + rest * uvec4(equal(uvec4(heaviest), uvec4(2u, 8u, 32u, 128u)));
 }
 
 uint lightmesh_cache_first_of(uvec4 some) {
@@ -1108,37 +1153,39 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         lightmesh_cache_cell.lacks = lightmesh_cache_lacks_values;
         return;
     }
-    vec3 offsets[4], normals[4];
-    uvec4 links;
-    ivec4 ends;
-    uint on_surface = 0u;
-    vec3 position = vec3(0.0);
-    for (int k = 0; k < 4; ++k) {
-        uvec4 first = lightmesh_cache_records[records[k]], more = lightmesh_cache_records[records[k] + 1u];
-        if (k == 0)
-            position = uintBitsToFloat(first.xyz);
-        offsets[k] = uintBitsToFloat(first.xyz);
-        normals[k] = lightmesh_cache_normal_of(first.w, more);
-        links[k] = more.x;
-        ends[k] = int(more.y) >> 1;
-        on_surface |= (more.y & 1u) << k;
-    }
-    lightmesh_cache_find_links(links, ends, axis, level);
+    uvec4 x = lightmesh_cache_records[records.x], y = lightmesh_cache_records[records.y],
+          z = lightmesh_cache_records[records.z], w = lightmesh_cache_records[records.w];
+    uvec4 more_x = lightmesh_cache_records[records.x + 1u], more_y = lightmesh_cache_records[records.y + 1u],
+          more_z = lightmesh_cache_records[records.z + 1u], more_w = lightmesh_cache_records[records.w + 1u];
+    uvec4 places = uvec4(more_x.y, more_y.y, more_z.y, more_w.y), links = uvec4(more_x.x, more_y.x, more_z.x, more_w.x);
+    uvec4 is_on_surface = places & 1u;
+    uint on_surface = lightmesh_cache_bits(is_on_surface);
+    lightmesh_cache_find_links(links, ivec4(places) >> 1, axis, level);
     if (lightmesh_cache_cell.lacks != 0u)
         return;
+    LightMeshCacheFour positions = LightMeshCacheFour(
+        uintBitsToFloat(uvec4(x.x, y.x, z.x, w.x)), uintBitsToFloat(uvec4(x.y, y.y, z.y, w.y)),
+        uintBitsToFloat(uvec4(x.z, y.z, z.z, w.z)));
+    uvec4 xy = uvec4(x.w, y.w, z.w, w.w);
+    LightMeshCacheFour normals = LightMeshCacheFour(lightmesh_cache_unit_floats(ivec4(xy << 16) >> 16),
+                                                    lightmesh_cache_unit_floats(ivec4(xy) >> 16),
+                                                    lightmesh_cache_unit_floats(ivec4(links << 16) >> 16));
     // Whether all four records fit the point without further questions.
-    bool is_flat = lightmesh_cache_cell.links == 15u && on_surface == 15u &&
-                   lightmesh_cache_is_same(at.normal, normals[0]);
+    vec3 normal = vec3(normals.x.x, normals.y.x, normals.z.x);
+    LightMeshCacheFour turns = lightmesh_cache_differences(normals, lightmesh_cache_four(normal));
+    // The first one from the point's.
+    turns.x.x = at.normal.x - normal.x;
+    turns.y.x = at.normal.y - normal.y;
+    turns.z.x = at.normal.z - normal.z;
+    vec4 turned = max(max(abs(turns.x), abs(turns.y)), abs(turns.z));
     vec2 floats = lightmesh_cache_level_floats(level);
-    float farthest = 0.0;
-    for (int k = 1; k < 4; ++k) {
-        is_flat = is_flat && lightmesh_cache_is_same(normals[k], normals[0]);
-        precise vec3 offset = offsets[k] - position;
-        farthest = max(farthest, abs(lightmesh_cache_dot(normals[0], offset)));
-    }
-    precise float slack = floats.x - farthest;
+    vec3 position = vec3(positions.x.x, positions.y.x, positions.z.x);
+    vec4 farther = abs(lightmesh_cache_dots(
+        lightmesh_cache_four(normal), lightmesh_cache_differences(positions, lightmesh_cache_four(position))));
+    precise float slack = floats.x - max(max(farther.y, farther.z), farther.w);
     precise vec3 from_first = at.position - position;
-    is_flat = is_flat && abs(lightmesh_cache_dot(normals[0], from_first)) < slack;
+    bool is_flat = lightmesh_cache_cell.links == 15u && on_surface == 15u && all(lessThan(turned, vec4(1e-4))) &&
+                   abs(lightmesh_cache_dot(normal, from_first)) < slack;
 
     ivec2 uv = lightmesh_cache_cell.at;
     int product = int(uint(uv.x) * uint(uv.y) >> 15);
@@ -1148,20 +1195,15 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     lightmesh_cache_cell.has_taps = lightmesh_cache_cell.has_surface_taps = true;
     if (is_flat)
         return;
-    vec4 limits = vec4(lightmesh_double_to_float(lightmesh_cache_level_near(level)),
+    vec3 limits = vec3(lightmesh_double_to_float(lightmesh_cache_level_near(level)),
                        lightmesh_double_to_float(lightmesh_cache_level_per_fifth(level)),
                        lightmesh_double_to_float(lightmesh_cache_level_least(level)) +
-                           lightmesh_cache_largest(at.position) * uintBitsToFloat(0x35000000u),  // 2^-21
-                       0.0);
-    ivec4 fits;
-    uint suspect = 0u, unsure = 0u;
-    for (int k = 0; k < 4; ++k) {
-        precise vec3 offset = offsets[k] - at.position;
-        uint fit = (on_surface >> k & 1u) != 0u ? lightmesh_cache_fit(offset, normals[k], at, limits) : 0u;
-        fits[k] = int(fit & 511u);
-        suspect |= (fit >> 9 & 1u) << k;
-        unsure |= fit >> 10 << k;
-    }
+                           lightmesh_cache_largest(at.position) * uintBitsToFloat(0x35000000u));  // 2^-21
+    uvec4 found = lightmesh_cache_fits(lightmesh_cache_differences(positions, lightmesh_cache_four(at.position)), normals,
+                                       at.normal, limits) *
+                  is_on_surface;
+    ivec4 fits = ivec4(found & 511u);
+    uint suspect = lightmesh_cache_bits(found >> 9), unsure = lightmesh_cache_bits(found >> 10);
     while (unsure != 0u) {
         int k = findLSB(unsure);
         unsure &= unsure - 1u;
@@ -1352,75 +1394,93 @@ struct LightMeshCacheLevel {
     bool has_shafts;  // whether rows of records on surfaces are shaft rows
 };
 
-// A word of what taps say of four lights: adds its share to the value and tells whether all taps say the same, and
-// whether any says anything.
-void lightmesh_cache_take(uint word, uint weight, uint first, inout uvec4 value, inout uint apart, inout uint any_seen) {
-    value += weight * lightmesh_cache_bytes(word);
-    apart |= word ^ first;
-    any_seen |= word;
+// What four taps' words say: of how each differs from another one, and their weighed sums, and how far the farthest is
+// from a value, weighed.
+uint lightmesh_cache_differing(uvec4 words, uint other) {
+    return words.x ^ other | words.y ^ other | words.z ^ other | words.w ^ other;
 }
-
+uvec4 lightmesh_cache_weighed(uvec4 words, uvec4 weights) {
+    return weights.x * lightmesh_cache_bytes(words.x) + weights.y * lightmesh_cache_bytes(words.y) +
+           weights.z * lightmesh_cache_bytes(words.z) + weights.w * lightmesh_cache_bytes(words.w);
+}
 uvec4 lightmesh_cache_apart(uint word, uint weight, uvec4 value) {
-    return uvec4(abs(ivec4(lightmesh_cache_bytes(word) << 8) - ivec4(value))) * min(4u * weight, 32768u);
+    return uvec4(abs(ivec4(lightmesh_cache_bytes(word) << 8) - ivec4(value))) * weight;
+}
+uvec4 lightmesh_cache_farthest(uvec4 words, uvec4 weights, uvec4 value) {
+    uvec4 by = min(4u * weights, 32768u);
+    return max(max(lightmesh_cache_apart(words.x, by.x, value), lightmesh_cache_apart(words.y, by.y, value)),
+               max(lightmesh_cache_apart(words.z, by.z, value), lightmesh_cache_apart(words.w, by.w, value)));
+}
+uvec4 lightmesh_cache_least(uvec4 words) {
+    return min(min(lightmesh_cache_bytes(words.x), lightmesh_cache_bytes(words.y)),
+               min(lightmesh_cache_bytes(words.z), lightmesh_cache_bytes(words.w)));
+}
+uvec4 lightmesh_cache_greatest(uvec4 words) {
+    return max(max(lightmesh_cache_bytes(words.x), lightmesh_cache_bytes(words.y)),
+               max(lightmesh_cache_bytes(words.z), lightmesh_cache_bytes(words.w)));
+}
+void lightmesh_cache_read_shaft_of(inout uint word, uint weight, inout uvec4 missed) {
+    uint misses = lightmesh_cache_read_shaft(word);
+    if (misses != 0u)
+        missed = max(missed, lightmesh_cache_bytes(misses) * min(8u * weight, 32768u));
 }
 
 // Adds what a level's records say of four lights: what `blend_level` of the library's kernels does. Words of the records
-// on surfaces, of those in the air, and of the probe.
+// on surfaces, of those in the air, and of the probe. `asked`: 255 in the bytes of lights of which something is left.
 void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uvec4 words, uvec4 air_words, uint probe_word,
-                           LightMeshCacheLevel level) {
-    uvec4 weights = lightmesh_cache_cell.weights, air_weights = lightmesh_cache_cell.air_weights;
+                           uint asked, LightMeshCacheLevel level) {
     uvec4 missed = uvec4(0u);
-    if (level.has_shafts)
-        for (int k = 0; k < 4; ++k) {
-            uint word = words[k], misses = lightmesh_cache_read_shaft(word);
-            words[k] = word;
-            if (misses != 0u)
-                missed = max(missed, lightmesh_cache_bytes(misses) * min(8u * weights[k], 32768u));
-        }
-    uvec4 value = uvec4(0u);
-    uint apart = 0u, any_seen = 0u;
-    for (int k = 0; k < 4; ++k)
-        lightmesh_cache_take(words[k], weights[k], words.x, value, apart, any_seen);
+    if (level.has_shafts) {
+        uvec4 weights = lightmesh_cache_cell.weights;
+        lightmesh_cache_read_shaft_of(words.x, weights.x, missed);
+        lightmesh_cache_read_shaft_of(words.y, weights.y, missed);
+        lightmesh_cache_read_shaft_of(words.z, weights.z, missed);
+        lightmesh_cache_read_shaft_of(words.w, weights.w, missed);
+    }
+    uint apart = lightmesh_cache_differing(words, words.x);
     if (lightmesh_cache_cell.has_air_taps)
-        for (int k = 0; k < 4; ++k)
-            lightmesh_cache_take(air_words[k], air_weights[k], words.x, value, apart, any_seen);
-    value = (value + 64u) >> 7;
-    if (level.is_last) {
+        apart |= lightmesh_cache_differing(air_words, words.x);
+    apart &= asked;
+    uint missing = lightmesh_cache_cell.missing;
+    uvec4 value = lightmesh_cache_bytes(words.x) << 8;
+    if (apart != 0u) {
+        value = lightmesh_cache_weighed(words, lightmesh_cache_cell.weights);
+        if (lightmesh_cache_cell.has_air_taps)
+            value += lightmesh_cache_weighed(air_words, lightmesh_cache_cell.air_weights);
+        value = (value + 64u) >> 7;
+    }
+    // Nothing is left for finer levels, also where all say the same, and a probe does.
+    uint differing = apart | missing | level.force | missed.x | missed.y | missed.z | missed.w;
+    if (level.window != 0u)
+        differing |= (probe_word ^ words.x) & asked;
+    if (level.is_last || differing == 0u) {
         found += left * value;
         left = uvec4(0u);
         return;
     }
     uvec4 beta = missed;
     if (apart != 0u) {
-        uvec4 spread = uvec4(0u);
-        for (int k = 0; k < 4; ++k)
-            spread = max(spread, lightmesh_cache_apart(words[k], weights[k], value));
+        uvec4 spread = lightmesh_cache_farthest(words, lightmesh_cache_cell.weights, value);
         if (lightmesh_cache_cell.has_air_taps)
-            for (int k = 0; k < 4; ++k)
-                spread = max(spread, lightmesh_cache_apart(air_words[k], air_weights[k], value));
+            spread = max(spread, lightmesh_cache_farthest(air_words, lightmesh_cache_cell.air_weights, value));
         uvec4 twice = min(2u * value, uvec4(65280u));
         spread = (spread >> 15) * (512u - (twice >> 8)) >> 8;
         uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
         beta = max((t * t >> 15) * (98304u - 2u * t) >> 15, missed);
     }
-    if (level.window != 0u) {
-        uvec4 least = uvec4(255u), greatest = uvec4(0u);
-        for (int k = 0; k < 4; ++k) {
-            uvec4 bytes = lightmesh_cache_bytes(words[k]), air_bytes = bytes;
-            if (lightmesh_cache_cell.has_air_taps)
-                air_bytes = lightmesh_cache_bytes(air_words[k]);
-            least = min(least, min(bytes, air_bytes));
-            greatest = max(greatest, max(bytes, air_bytes));
+    if ((level.window | missing) != 0u) {
+        uvec4 least = lightmesh_cache_least(words), greatest = lightmesh_cache_greatest(words);
+        if (lightmesh_cache_cell.has_air_taps) {
+            least = min(least, lightmesh_cache_least(air_words));
+            greatest = max(greatest, lightmesh_cache_greatest(air_words));
         }
         uvec4 probe = lightmesh_cache_bytes(probe_word);
         uvec4 is_missed = (uvec4(equal(probe, uvec4(0u))) & uvec4(greaterThan(least, uvec4(153u)))) |
                           (uvec4(equal(probe, uvec4(255u))) & uvec4(lessThan(greatest, uvec4(102u)))) |
                           (uvec4(equal(probe, uvec4(127u))) &
                            (uvec4(equal(least, uvec4(255u))) | uvec4(equal(greatest, uvec4(0u)))));
-        beta = max(beta, is_missed * level.window);
+        beta = max(beta, max(is_missed * level.window, uvec4(greaterThan(greatest, uvec4(0u))) * missing));
     }
-    if (lightmesh_cache_cell.missing != 0u)
-        beta = max(beta, uvec4(notEqual(lightmesh_cache_bytes(any_seen), uvec4(0u))) * lightmesh_cache_cell.missing);
     beta = max(beta, uvec4(level.force));
     beta = beta * (level.fade >> 1) >> 14;
     uvec4 rest = left * beta >> 15;
@@ -1492,22 +1552,12 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
             if (how.window != 0u)
                 known = probe_row.zw;
         }
-        // Of each tap's tile the first octet, and of all which there are.
-        uvec4 firsts = uvec4(0u), air_firsts = uvec4(0u);
-        uint octets = 0u, air_octets = 0u;
-        for (int k = 0; k < 4; ++k) {
-            uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.taps[k], tile);
-            firsts[k] = row.y;
-            octets |= row.x >> 24 << (8 * k);
-            known &= row.zw;
+        LightMeshCacheRows rows = lightmesh_cache_rows_of(lightmesh_cache_cell.taps, tile), air_rows = rows;
+        known &= rows.known;
+        if (lightmesh_cache_cell.has_air_taps) {
+            air_rows = lightmesh_cache_rows_of(lightmesh_cache_cell.air_taps, tile);
+            known &= air_rows.known;
         }
-        if (lightmesh_cache_cell.has_air_taps)
-            for (int k = 0; k < 4; ++k) {
-                uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.air_taps[k], tile);
-                air_firsts[k] = row.y;
-                air_octets |= row.x >> 24 << (8 * k);
-                known &= row.zw;
-            }
         uvec2 lacking = lights & ~known;
         at.lacks |= (lacking.x | lacking.y) != 0u ? lightmesh_cache_lacks_values : 0u;
         unknown |= lacking;
@@ -1519,17 +1569,9 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
             uint asked = (octet < 4u ? asking.x : asking.y) >> shift & 255u;
             asking &= octet < 4u ? uvec2(~(255u << shift), ~0u) : uvec2(0u, ~(255u << shift));
             uvec4 low_words, high_words, air_low_words = uvec4(0u), air_high_words = uvec4(0u);
-            for (int k = 0; k < 4; ++k) {
-                uvec2 both = lightmesh_cache_row_octet(octets >> (8 * k) & 255u, firsts[k], octet);
-                low_words[k] = both.x;
-                high_words[k] = both.y;
-            }
+            lightmesh_cache_read_octets(rows, octet, low_words, high_words);
             if (lightmesh_cache_cell.has_air_taps)
-                for (int k = 0; k < 4; ++k) {
-                    uvec2 both = lightmesh_cache_row_octet(air_octets >> (8 * k) & 255u, air_firsts[k], octet);
-                    air_low_words[k] = both.x;
-                    air_high_words[k] = both.y;
-                }
+                lightmesh_cache_read_octets(air_rows, octet, air_low_words, air_high_words);
             uvec2 probe_words = uvec2(0u);
             if (how.window != 0u)
                 probe_words = lightmesh_cache_row_octet(probe_row.x >> 24, probe_row.y, octet);
@@ -1547,6 +1589,7 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
                 }
                 lightmesh_cache_blend(found, rest, i == 1 ? low_words : high_words,
                                       i == 1 ? air_low_words : air_high_words, i == 1 ? probe_words.x : probe_words.y,
+                                      lanes.x * 255u | lanes.y * 0xff00u | lanes.z * 0xff0000u | lanes.w * 0xff000000u,
                                       how);
                 lightmesh_cache_values[values_at + word] = found;
                 uint more = lightmesh_cache_mask(rest);

@@ -217,7 +217,8 @@ private:
     static bool has_origins_in_steps(const detail::Lattice& lattice) {
         const int level = detail::Lattice::level_count - 1;
         const glm::dvec3& origin = lattice.origin(level);
-        return (std::max)({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) / lattice.step(level) <
+        return (std::max)({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) /
+                   lattice.step(level) <
                most_steps;
     }
     /// An origin's coordinate in steps, of 2^32, to within one.
