@@ -279,6 +279,16 @@ float lightmesh_cache_divide(float a, float b) {
     return uintBitsToFloat(is_zero ? 0u : ((x ^ y) & 0x80000000u) | magnitude);
 }
 
+// The square root of a number from 1 to 3 as the nearest float: that of the device, put right.
+float lightmesh_cache_sqrt(float a) {
+    uint square = uint(a * 8388608.0), root = uint(sqrt(a) * 8388608.0);
+    int rest = int((square << 23) - root * root);
+    root += uint(int(floor(float(rest) / float(2u * root) + 0.5)));
+    rest = int((square << 23) - root * root);
+    root = rest > int(root) ? root + 1u : rest <= -int(root) ? root - 1u : root;
+    return float(root) * uintBitsToFloat(0x34000000u);  // 2^-23
+}
+
 // The vector at length 1, with every step rounded as a processor does; zero stays zero.
 vec3 lightmesh_cache_unit(vec3 v) {
     float largest = lightmesh_cache_largest(v);
@@ -286,7 +296,7 @@ vec3 lightmesh_cache_unit(vec3 v) {
         return vec3(0.0);
     vec3 parts = vec3(lightmesh_cache_divide(v.x, largest), lightmesh_cache_divide(v.y, largest),
                       lightmesh_cache_divide(v.z, largest));
-    float scale = lightmesh_cache_divide(1.0, lightmesh_float_sqrt(lightmesh_cache_dot(parts, parts)));
+    float scale = lightmesh_cache_divide(1.0, lightmesh_cache_sqrt(lightmesh_cache_dot(parts, parts)));
     precise vec3 unit = parts * scale;
     return unit;
 }
@@ -1315,14 +1325,22 @@ uvec2 lightmesh_cache_to_float_precision(uvec2 a) {
 }
 
 // Whether some part of the lamp may be nearer to the point's tangent plane, or farther below it, than an angle of
-// which the squared sine is given.
+// which the squared sine is given. In floats where those are sure, else in doubles.
 bool lightmesh_cache_is_grazing(uint light, LightMeshCachePoint point, float sine_squared) {
     uvec4 first = lightmesh_cache_light(light, 0u);
+    uvec2 extent = lightmesh_cache_light(light, 1u).zw;
     vec3 at = uintBitsToFloat(first.xyz);
-    precise vec3 offset = (first.w & lightmesh_cache_directional) != 0u ? at : at - point.position;
+    precise vec3 offset = at - ((first.w & lightmesh_cache_directional) != 0u ? vec3(0.0) : point.position);
+    float size = lightmesh_double_to_float(extent), over = dot(offset, point.normal) - size;
+    float slack = 1e-6 * (dot(abs(offset), abs(point.normal)) + size) + 1e-30;
+    if (over < -slack)
+        return true;
+    float square = over * over, limit = sine_squared * dot(offset, offset);
+    if (over > slack && abs(square - limit) > 3.0 * over * slack + 2e-6 * (square + limit) + 1e-30)
+        return square < limit;
     LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
-    uvec2 height = lightmesh_cache_to_float_precision(lightmesh_double_subtract(
-        lightmesh_cache_double_dot(w, lightmesh_cache_doubles(point.normal)), lightmesh_cache_light(light, 1u).zw));
+    uvec2 height = lightmesh_cache_to_float_precision(
+        lightmesh_double_subtract(lightmesh_cache_double_dot(w, lightmesh_cache_doubles(point.normal)), extent));
     if (lightmesh_double_less(height, uvec2(0u)))
         return true;
     uvec2 squared = lightmesh_cache_to_float_precision(lightmesh_cache_double_dot(w, w));
@@ -1340,8 +1358,21 @@ uint lightmesh_cache_tap(int n) {
 // the smooth surface does.
 uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
     float sine_squared = 0.0;
-    uvec2 cut = uvec2(0u);
-    for (int k = -1; k < (lightmesh_cache_cell.has_air_taps ? 8 : 4); ++k) {
+    int taps = lightmesh_cache_cell.has_air_taps ? 8 : 4;
+    for (int k = 0; k < taps; ++k) {
+        vec3 normal = lightmesh_cache_record_normal(lightmesh_cache_tap(k));
+        precise float cosine = lightmesh_cache_dot(at.normal, normal);
+        precise float squared = 1.0 - cosine * cosine;
+        sine_squared = lightmesh_cache_is_zero(normal) ? sine_squared : max(sine_squared, squared);
+    }
+    precise float limit = uintBitsToFloat(0x3f8147aeu) * sine_squared + uintBitsToFloat(0x358637bdu);  // 1.01, 1e-6
+    // Of most points no light grazes the surface so.
+    uvec2 grazing = uvec2(0u), bent = uvec2(0u);
+    uint count = lightmesh_cache_tile_size(tile);
+    for (uint l = 0u; l < count; ++l)
+        if (lightmesh_cache_has(lights, l) && lightmesh_cache_is_grazing(64u * tile + l, at, limit))
+            lightmesh_cache_add(grazing, l);
+    for (int k = -1; k < taps && grazing != bent; ++k) {
         vec3 position = at.position, normal = at.normal;
         if (k >= 0) {
             position = lightmesh_cache_record_position(lightmesh_cache_tap(k));
@@ -1349,20 +1380,10 @@ uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
         }
         if (lightmesh_cache_is_zero(normal))
             continue;
-        if (k >= 0) {
-            precise float cosine = lightmesh_cache_dot(at.normal, normal);
-            precise float squared = 1.0 - cosine * cosine;
-            sine_squared = max(sine_squared, squared);
-        }
-        for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
-            if (lightmesh_cache_has(lights & ~cut, l) && lightmesh_cache_is_cut(64u * tile + l, position, normal))
-                lightmesh_cache_add(cut, l);
+        for (uint l = 0u; l < count; ++l)
+            if (lightmesh_cache_has(grazing & ~bent, l) && lightmesh_cache_is_cut(64u * tile + l, position, normal))
+                lightmesh_cache_add(bent, l);
     }
-    precise float limit = uintBitsToFloat(0x3f8147aeu) * sine_squared + uintBitsToFloat(0x358637bdu);  // 1.01, 1e-6
-    uvec2 bent = uvec2(0u);
-    for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
-        if (lightmesh_cache_has(cut, l) && lightmesh_cache_is_grazing(64u * tile + l, at, limit))
-            lightmesh_cache_add(bent, l);
     return bent;
 }
 
