@@ -59,7 +59,8 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 //     how far the lattice reaches from its origin: a double | where lights begin | 0
 //     for each level five, and for each one more: see `lightmesh_cache_level_*`
 //     lights, six each: see `lightmesh_cache_light_*`
-// Slots: the three words of a key | where its record stands; 0: free
+// Slots, of which a key's hash says the first that it may be in, two or more free ones at the end:
+//          the three words of a key | where its record stands; 0: free
 // Records: position | x and y of the normal
 //          z of the normal and links | lattice index and whether it is on a surface | 0 | number of its tiles, that follow:
 //          number of the tile and, 24 bits higher, which octets it has | first octet | known lights
@@ -324,6 +325,30 @@ bool lightmesh_cache_is_unit(vec3 v) {
     return lightmesh_double_less(lightmesh_double_abs(exact), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
 }
 
+// Four vectors, by their components.
+struct LightMeshCacheFour {
+    vec4 x, y, z;
+};
+
+vec4 lightmesh_cache_dots(LightMeshCacheFour a, LightMeshCacheFour b) {
+    precise vec4 sums = (a.x * b.x + a.y * b.y) + a.z * b.z;
+    return sums;
+}
+
+LightMeshCacheFour lightmesh_cache_four(vec3 v) {
+    return LightMeshCacheFour(vec4(v.x), vec4(v.y), vec4(v.z));
+}
+
+LightMeshCacheFour lightmesh_cache_differences(LightMeshCacheFour a, LightMeshCacheFour b) {
+    precise vec4 x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
+    return LightMeshCacheFour(x, y, z);
+}
+
+// The lowest bits of four words.
+uint lightmesh_cache_bits(uvec4 words) {
+    return (words.x & 1u) | (words.y & 1u) << 1 | (words.z & 1u) << 2 | (words.w & 1u) << 3;
+}
+
 // A position moved off its surface.
 vec3 lightmesh_cache_off_surface(vec3 position, vec3 normal, int level) {
     precise vec3 moved = position + (lightmesh_cache_largest(position) * uintBitsToFloat(0x35800000u) +
@@ -541,11 +566,13 @@ bool lightmesh_cache_faces(vec3 at, bool is_directional, vec3 point, vec3 normal
     float far = lightmesh_cache_largest(at) + (is_directional ? 0.0 : lightmesh_cache_largest(point));
     if (abs(sum) > 1e-6 * size + 1e-14 * far + 1e-36)
         return sum > 0.0;
-    uvec2 height[2];
-    for (int i = 0; i < 2; ++i)
-        height[i] = lightmesh_cache_double_dot(
-            lightmesh_cache_doubles(i == 0 ? at : is_directional ? vec3(0.0) : point), lightmesh_cache_doubles(normal));
-    return !lightmesh_double_less(height[0], height[1]);
+    uvec2 of_light = uvec2(0u), of_point = uvec2(0u);
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        of_light = of_point;
+        of_point = lightmesh_cache_double_dot(
+            lightmesh_cache_doubles(i == 1 ? at : is_directional ? vec3(0.0) : point), lightmesh_cache_doubles(normal));
+    }
+    return !lightmesh_double_less(of_light, of_point);
 }
 
 bool lightmesh_cache_in_range(vec3 at, float range, vec3 point) {
@@ -619,17 +646,62 @@ void lightmesh_cache_add(inout uvec2 lights, uint l) {
         lights.y |= 1u << (l - 32u);
 }
 
+// Which of four lights can reach the point, as far as floats tell; in the four bits above, of which they do not, or cones
+// have a say.
+uint lightmesh_cache_four_reaching(uint light, uint last, vec3 point, float size_of_point, vec3 normal) {
+    uint first = lightmesh_cache_head[1].z;
+    uvec4 at = first + 6u * min(light + uvec4(0u, 1u, 2u, 3u), uvec4(last));
+    uvec4 x = lightmesh_cache_head[at.x], y = lightmesh_cache_head[at.y], z = lightmesh_cache_head[at.z],
+          w = lightmesh_cache_head[at.w];
+    uvec4 kinds = uvec4(x.w, y.w, z.w, w.w);
+    LightMeshCacheFour places = LightMeshCacheFour(uintBitsToFloat(uvec4(x.x, y.x, z.x, w.x)),
+                                                   uintBitsToFloat(uvec4(x.y, y.y, z.y, w.y)),
+                                                   uintBitsToFloat(uvec4(x.z, y.z, z.z, w.z)));
+    vec4 has_place = vec4(equal(kinds & lightmesh_cache_directional, uvec4(0u)));
+    LightMeshCacheFour offsets = lightmesh_cache_differences(
+        places, LightMeshCacheFour(has_place * point.x, has_place * point.y, has_place * point.z));
+    precise vec4 to_x = normal.x * offsets.x, to_y = normal.y * offsets.y, to_z = normal.z * offsets.z;
+    precise vec4 sum = to_x + to_y + to_z;
+    vec4 size = abs(to_x) + abs(to_y) + abs(to_z);
+    vec4 far = max(max(abs(places.x), abs(places.y)), abs(places.z)) + has_place * size_of_point;
+    uint facing = lightmesh_cache_bits(uvec4(greaterThan(sum, vec4(0.0)))),
+         unsure = lightmesh_cache_bits(uvec4(not(greaterThan(abs(sum), 1e-6 * size + 1e-14 * far + 1e-36))));
+    uvec4 has_range = kinds & lightmesh_cache_has_range;
+    if ((has_range.x | has_range.y | has_range.z | has_range.w) != 0u) {
+        vec4 range = uintBitsToFloat(uvec4(lightmesh_cache_head[at.x + 1u].x, lightmesh_cache_head[at.y + 1u].x,
+                                           lightmesh_cache_head[at.z + 1u].x, lightmesh_cache_head[at.w + 1u].x));
+        vec4 squared = lightmesh_cache_dots(offsets, offsets), limit = range * range;
+        uint ranged = lightmesh_cache_bits(has_range >> 4);
+        facing &= ~ranged | lightmesh_cache_bits(uvec4(lessThan(squared, limit)) & uvec4(greaterThanEqual(range, vec4(0.0))));
+        unsure |= ranged & lightmesh_cache_bits(uvec4(not(greaterThan(abs(squared - limit), 1e-6 * limit + 1e-36))));
+    }
+    unsure |= facing & lightmesh_cache_bits(kinds >> 1);
+    return facing | unsure << 4;
+}
+
 // Which of the asked lights of a tile can reach the point, chi of equation (3), range and cone: by its normal, and by
 // its smooth one.
 uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
     uvec4 found = uvec4(0u);
-    uint turns = at.is_smooth ? 2u : 1u, count = lightmesh_cache_tile_size(tile);
+    uint turns = at.is_smooth ? 2u : 1u, count = lightmesh_cache_tile_size(tile), last = 64u * tile + count - 1u;
+    float size_of_point = lightmesh_cache_largest(at.position);
     for (uint turn = 0u; turn < turns; ++turn) {
         vec3 normal = turn == 0u ? at.normal : at.smooth_normal;
-        uvec2 reaching = uvec2(0u);
-        for (uint l = 0u; l < count; ++l)
-            if (lightmesh_cache_has(asked, l) && lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
+        uvec2 reaching = uvec2(0u), unsure = uvec2(0u);
+        for (uint l = 0u; l < count; l += 4u) {
+            uint four = lightmesh_cache_four_reaching(64u * tile + l, last, at.position, size_of_point, normal);
+            uint shift = l & 31u;
+            reaching |= l < 32u ? uvec2((four & 15u) << shift, 0u) : uvec2(0u, (four & 15u) << shift);
+            unsure |= l < 32u ? uvec2(four >> 4 << shift, 0u) : uvec2(0u, four >> 4 << shift);
+        }
+        unsure &= asked;
+        reaching &= asked & ~unsure;
+        while ((unsure.x | unsure.y) != 0u) {
+            uint l = uint(unsure.x != 0u ? findLSB(unsure.x) : 32 + findLSB(unsure.y));
+            unsure = unsure.x != 0u ? uvec2(unsure.x & (unsure.x - 1u), unsure.y) : uvec2(0u, unsure.y & (unsure.y - 1u));
+            if (lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
                 lightmesh_cache_add(reaching, l);
+        }
         found = turn == 0u ? uvec4(reaching, 0u, 0u) : uvec4(found.xy, reaching);
     }
     return found;
@@ -662,24 +734,24 @@ uvec3 lightmesh_cache_key(ivec3 index, uint what, int level) {
     return key;
 }
 
-bool lightmesh_cache_is_other(uvec4 slot, uvec3 key) {
-    return slot.w != 0u && slot.xyz != key;
-}
-
-// The lowest bits of four words.
-uint lightmesh_cache_bits(uvec4 words) {
-    return (words.x & 1u) | (words.y & 1u) << 1 | (words.z & 1u) << 2 | (words.w & 1u) << 3;
+// What two slots say of a key: where its record stands, 0 if it has none, and ~0 if the slots that follow tell.
+uint lightmesh_cache_look(uvec3 key, uint slot) {
+    uvec4 a = lightmesh_cache_slots[slot], b = lightmesh_cache_slots[slot + 1u];
+    uint second = b.w == 0u || b.xyz == key ? b.w : ~0u;
+    return a.w == 0u || a.xyz == key ? a.w : second;
 }
 
 // Where a key's record stands, or 0. `what`: kind and facing.
 uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
     uvec3 key = lightmesh_cache_key(index, what, level);
-    uint hash = lightmesh_cache_hash(key), mask = lightmesh_cache_head[0].z;
+    uint slot = lightmesh_cache_hash(key) & lightmesh_cache_head[0].z;
     // Not a loop that is left from within: there lavapipe of Mesa 22.3 misses keys.
-    uvec4 slot = lightmesh_cache_slots[hash & mask];
-    while (lightmesh_cache_is_other(slot, key))
-        slot = lightmesh_cache_slots[++hash & mask];
-    return slot.w;
+    uint record = lightmesh_cache_look(key, slot);
+    while (record == ~0u) {
+        slot += 2u;
+        record = lightmesh_cache_look(key, slot);
+    }
+    return record;
 }
 
 vec3 lightmesh_cache_record_position(uint record) {
@@ -770,33 +842,28 @@ ivec3 lightmesh_cache_index(int k, int axis) {
                                        axis);
 }
 
-// Where the records of the four corners stand, or 0, side by side: each takes a slot or two to be found.
+// Where the records of the four corners stand, or 0, side by side: it is memory that takes the time.
 uvec4 lightmesh_cache_find_records(int axis, uint what, int level) {
-    uvec3 key_x = lightmesh_cache_key(lightmesh_cache_index(0, axis), what, level),
-          key_y = lightmesh_cache_key(lightmesh_cache_index(1, axis), what, level),
-          key_z = lightmesh_cache_key(lightmesh_cache_index(2, axis), what, level),
-          key_w = lightmesh_cache_key(lightmesh_cache_index(3, axis), what, level);
-    uvec4 hash = uvec4(lightmesh_cache_hash(key_x), lightmesh_cache_hash(key_y), lightmesh_cache_hash(key_z),
-                       lightmesh_cache_hash(key_w));
-    uint mask = lightmesh_cache_head[0].z;
-    uvec4 x = lightmesh_cache_slots[hash.x & mask], y = lightmesh_cache_slots[hash.y & mask],
-          z = lightmesh_cache_slots[hash.z & mask], w = lightmesh_cache_slots[hash.w & mask];
-    bvec4 is_other = bvec4(lightmesh_cache_is_other(x, key_x), lightmesh_cache_is_other(y, key_y),
-                           lightmesh_cache_is_other(z, key_z), lightmesh_cache_is_other(w, key_w));
-    while (any(is_other)) {
-        hash += uvec4(is_other);
-        if (is_other.x)
-            x = lightmesh_cache_slots[hash.x & mask];
-        if (is_other.y)
-            y = lightmesh_cache_slots[hash.y & mask];
-        if (is_other.z)
-            z = lightmesh_cache_slots[hash.z & mask];
-        if (is_other.w)
-            w = lightmesh_cache_slots[hash.w & mask];
-        is_other = bvec4(lightmesh_cache_is_other(x, key_x), lightmesh_cache_is_other(y, key_y),
-                         lightmesh_cache_is_other(z, key_z), lightmesh_cache_is_other(w, key_w));
+    uvec3 x = lightmesh_cache_key(lightmesh_cache_index(0, axis), what, level),
+          y = lightmesh_cache_key(lightmesh_cache_index(1, axis), what, level),
+          z = lightmesh_cache_key(lightmesh_cache_index(2, axis), what, level),
+          w = lightmesh_cache_key(lightmesh_cache_index(3, axis), what, level);
+    uvec4 slots = uvec4(lightmesh_cache_hash(x), lightmesh_cache_hash(y), lightmesh_cache_hash(z), lightmesh_cache_hash(w)) &
+                  lightmesh_cache_head[0].z;
+    uvec4 records = uvec4(lightmesh_cache_look(x, slots.x), lightmesh_cache_look(y, slots.y),
+                          lightmesh_cache_look(z, slots.z), lightmesh_cache_look(w, slots.w));
+    while (any(equal(records, uvec4(~0u)))) {
+        slots += 2u;
+        if (records.x == ~0u)
+            records.x = lightmesh_cache_look(x, slots.x);
+        if (records.y == ~0u)
+            records.y = lightmesh_cache_look(y, slots.y);
+        if (records.z == ~0u)
+            records.z = lightmesh_cache_look(z, slots.z);
+        if (records.w == ~0u)
+            records.w = lightmesh_cache_look(w, slots.w);
     }
-    return uvec4(x.w, y.w, z.w, w.w);
+    return records;
 }
 
 // origin + step * index as the nearest float, in pairs of floats; whether that is sure: of a double between it makes no
@@ -1000,25 +1067,6 @@ void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
     lightmesh_cache_cell.links = links;
 }
 
-// Four vectors, by their components.
-struct LightMeshCacheFour {
-    vec4 x, y, z;
-};
-
-vec4 lightmesh_cache_dots(LightMeshCacheFour a, LightMeshCacheFour b) {
-    precise vec4 sums = (a.x * b.x + a.y * b.y) + a.z * b.z;
-    return sums;
-}
-
-LightMeshCacheFour lightmesh_cache_four(vec3 v) {
-    return LightMeshCacheFour(vec4(v.x), vec4(v.y), vec4(v.z));
-}
-
-LightMeshCacheFour lightmesh_cache_differences(LightMeshCacheFour a, LightMeshCacheFour b) {
-    precise vec4 x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
-    return LightMeshCacheFour(x, y, z);
-}
-
 // How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them. In doubles.
 uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint at, int level) {
     // Before the point's plane, before the record's, and the cosine between.
@@ -1085,13 +1133,12 @@ uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint
     vec3 end = lightmesh_cache_off_surface(at.position, at.normal, level);
     uint seen = 0u;
     bool is_any_open = false;
-    uint order = 0u;  // which is the n-th heaviest: four bits each
-    for (int i = 0; i < 4; ++i) {
-        int heavier = 0;
-        for (int other = 0; other < 4; ++other)
-            heavier += weights[other] > weights[i] || (weights[other] == weights[i] && other < i) ? 1 : 0;
-        order |= uint(i) << (4 * heavier);
-    }
+    // Which is the n-th heaviest, four bits each: how many are heavier than each, or as heavy and before it.
+    uvec3 than_first = uvec3(greaterThan(weights.yzw, weights.xxx)), than_second = uvec3(greaterThan(weights.zww, weights.yyz));
+    uvec4 heavier = uvec4(than_first.x + than_first.y + than_first.z, 1u - than_first.x + than_second.x + than_second.y,
+                          2u - than_first.y - than_second.x + than_second.z,
+                          3u - than_first.z - than_second.y - than_second.z);
+    uint order = 1u << (4u * heavier.y) | 2u << (4u * heavier.z) | 3u << (4u * heavier.w);
     for (int turn = 0; turn < 1 + lightmesh_cache_three(); ++turn) {
         int k = int(order >> (4 * turn)) & 3;
         bool is_suspect = ((suspect >> k) & 1u) != 0u;
@@ -1687,8 +1734,9 @@ void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, 
         }
         vec4 sums = vec4(0.0);
         if ((low.x | low.y | low.z | low.w | high.x | high.y | high.z | high.w) != 0u)
-            for (int l = 0; l < 4; ++l)
-                sums[l] = lightmesh_cache_share_of_sum(low[l], high[l]);
+            sums = vec4(
+                lightmesh_cache_share_of_sum(low.x, high.x), lightmesh_cache_share_of_sum(low.y, high.y),
+                lightmesh_cache_share_of_sum(low.z, high.z), lightmesh_cache_share_of_sum(low.w, high.w));
         lightmesh_cache_values[k] = floatBitsToUint(sums);
     }
     shares.unknown |= by_rays;
