@@ -238,20 +238,46 @@ float lightmesh_cache_dot(vec3 a, vec3 b) {
 }
 
 struct LightMeshCacheDoubles {
-    uvec2 x[3];
+    uvec2 x, y, z;
 };
 
 LightMeshCacheDoubles lightmesh_cache_doubles(vec3 v) {
-    return LightMeshCacheDoubles(
-        uvec2[3](lightmesh_double_of(v.x), lightmesh_double_of(v.y), lightmesh_double_of(v.z)));
+    return LightMeshCacheDoubles(lightmesh_double_of(v.x), lightmesh_double_of(v.y), lightmesh_double_of(v.z));
+}
+
+uvec2 lightmesh_cache_pick(LightMeshCacheDoubles v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : v.z;
 }
 
 // a . b, added from the first component to the last.
 uvec2 lightmesh_cache_double_dot(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
     uvec2 sum = uvec2(0u);
-    for (int axis = 0; axis < lightmesh_cache_three(); ++axis)
-        sum = lightmesh_double_add(sum, lightmesh_double_multiply(a.x[axis], b.x[axis]));
+    for (int i = 0; i < lightmesh_cache_three(); ++i)
+        sum = lightmesh_double_add(sum, lightmesh_double_multiply(lightmesh_cache_pick(a, i), lightmesh_cache_pick(b, i)));
     return sum;
+}
+
+// a - b, by turning: each difference enters behind the others.
+LightMeshCacheDoubles lightmesh_cache_double_differences(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
+    LightMeshCacheDoubles differences = a;
+    for (int i = 0; i < lightmesh_cache_three(); ++i)
+        differences = LightMeshCacheDoubles(
+            differences.y, differences.z,
+            lightmesh_double_subtract(lightmesh_cache_pick(a, i), lightmesh_cache_pick(b, i)));
+    return differences;
+}
+
+LightMeshCacheDoubles lightmesh_cache_double_cross(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
+    LightMeshCacheDoubles across = a;
+    for (int i = 0; i < lightmesh_cache_three(); ++i) {
+        int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
+        across = LightMeshCacheDoubles(
+            across.y, across.z,
+            lightmesh_double_subtract(
+                lightmesh_double_multiply(lightmesh_cache_pick(a, u), lightmesh_cache_pick(b, v)),
+                lightmesh_double_multiply(lightmesh_cache_pick(b, u), lightmesh_cache_pick(a, v))));
+    }
+    return across;
 }
 
 // a / b as the nearest float, as lightmesh_float_divide has it: the quotient of the device, put right.
@@ -602,19 +628,13 @@ bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 offset) {
         return is_wide;
     if ((is_wide ? is_back : is_front) && abs(over) > (1e-5 * dot(offset, offset) + 1e-30) * (1.0 + slope))
         return (over < 0.0) != is_wide;
-    LightMeshCacheDoubles axis = LightMeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
+    LightMeshCacheDoubles axis = LightMeshCacheDoubles(first.xy, first.zw, second.xy);
     LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
     uvec2 along = lightmesh_cache_double_dot(axis, w);
     bool is_before = !lightmesh_double_less(along, uvec2(0u));
     if (is_before == is_wide)
         return is_wide;
-    // The square of cross(axis, offset).
-    LightMeshCacheDoubles across;
-    for (int i = 0; i < lightmesh_cache_three(); ++i) {
-        int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
-        across.x[i] = lightmesh_double_subtract(lightmesh_double_multiply(axis.x[u], w.x[v]),
-                                                lightmesh_double_multiply(w.x[u], axis.x[v]));
-    }
+    LightMeshCacheDoubles across = lightmesh_cache_double_cross(axis, w);
     uvec2 squared = lightmesh_cache_double_dot(across, across);
     uvec2 limit = second.zw;
     for (int i = 1; i < lightmesh_cache_three(); ++i)
@@ -1037,15 +1057,16 @@ bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
 
 // A link that no record keeps.
 bool lightmesh_cache_trace_link(int from, int to, int start, int end, int axis, int level) {
-    vec3 ends[2];
-    for (int k = 0; k < 2; ++k) {
-        ivec3 index = lightmesh_cache_turned_back(
-            ivec3(k == 0 ? start : end, lightmesh_cache_cell.corner.x + ((k == 0 ? from : to) & 1),
-                  lightmesh_cache_cell.corner.y + ((k == 0 ? from : to) >> 1)),
-            axis);
-        ends[k] = lightmesh_cache_lattice_point(index, level);
+    vec3 first = vec3(0.0), second = vec3(0.0);
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        int k = i == 1 ? from : to;
+        ivec3 index = lightmesh_cache_turned_back(ivec3(i == 1 ? start : end, lightmesh_cache_cell.corner.x + (k & 1),
+                                                        lightmesh_cache_cell.corner.y + (k >> 1)),
+                                                  axis);
+        first = second;
+        second = lightmesh_cache_lattice_point(index, level);
     }
-    return lightmesh_cache_is_open(ends[0], ends[1], lightmesh_cache_cell.lacks);
+    return lightmesh_cache_is_open(first, second, lightmesh_cache_cell.lacks);
 }
 
 // Which neighbouring columns have a free segment between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v. By the links
@@ -1354,12 +1375,11 @@ bool lightmesh_cache_is_cut(uint light, vec3 position, vec3 normal) {
                   1e-13 * far + 1e-36;
     if (abs(over) > bound)
         return over < 0.0;
-    uvec2 extent = is_rectangle ? uvec2(0u) : second.zw;
-    uvec2 height;
-    for (int i = is_rectangle ? 0 : 2; i < 3; ++i) {
+    uvec2 extent = is_rectangle ? uvec2(0u) : second.zw, height = uvec2(0u);
+    for (int i = is_rectangle ? 0 : 2; i < lightmesh_cache_three(); ++i) {
         LightMeshCacheDoubles along = lightmesh_cache_doubles(i == 0 ? half_u : i == 1 ? half_v : at);
-        for (int axis = 0; axis < 3 && i == 2 && !is_directional; ++axis)
-            along.x[axis] = lightmesh_double_subtract(along.x[axis], lightmesh_double_of(position[axis]));
+        if (i == 2 && !is_directional)
+            along = lightmesh_cache_double_differences(along, lightmesh_cache_doubles(position));
         height = lightmesh_cache_double_dot(along, lightmesh_cache_doubles(normal));
         if (i < 2)
             extent = lightmesh_double_add(extent, lightmesh_double_abs(height));
