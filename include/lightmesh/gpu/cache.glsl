@@ -27,6 +27,8 @@
 //     lightmesh_cache_lacks_place   the point or its normal is not finite, or lies outside the lattice. No request is
 //                                   made.
 //
+// lightmesh_cache_known_of_four and lightmesh_cache_shares_of_four say it of four lights at once.
+//
 // lightmesh_is_open says whether nothing lies on the segment between two points, as the cache's tracer sees it. It is
 // asked for few points, up to eight times for each level of the cache.
 //
@@ -35,8 +37,10 @@
 //     LIGHTMESH_NO_RAYS                              there is no lightmesh_is_open: what needs a ray is not known
 //
 // GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to storage
-// buffers. Sums and products must round to nearest, as they do on all GPUs; what decides anything is an integer, such
-// a float, or a double by integers (doubles.glsl). One query at a time: it works in variables of this file.
+// buffers. Sums, products and floats of integers must round to nearest, as they do on all GPUs. What decides anything
+// is an integer, such a float, or a float with a bound of its error; where that cannot tell, and that is seldom, a double
+// by integers (doubles.glsl). One query at a time: it works in variables of this file, where S of a tile stands until
+// the next one is asked for.
 #ifndef LIGHTMESH_CACHE_GLSL
 #define LIGHTMESH_CACHE_GLSL
 
@@ -62,8 +66,9 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 // Slots, of which a key's hash says the first that it may be in, two or more free ones at the end:
 //          the three words of a key | where its record stands; 0: free
 // Records: position | x and y of the normal
-//          z of the normal and links | lattice index and whether it is on a surface | 0 | number of its tiles, that follow:
-//          number of the tile and, 24 bits higher, which octets it has | first octet | known lights
+//          z of the normal and links | lattice index and whether it is on a surface | 0 | number of its tiles, that
+//          follow: number of the tile and, 24 bits higher, which octets it has | first octet | known lights
+// Octets: values of eight lights, a byte each
 layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING) readonly buffer LightMeshCacheHead {
     uvec4 lightmesh_cache_head[];
 };
@@ -253,7 +258,8 @@ uvec2 lightmesh_cache_pick(LightMeshCacheDoubles v, int i) {
 uvec2 lightmesh_cache_double_dot(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
     uvec2 sum = uvec2(0u);
     for (int i = 0; i < lightmesh_cache_three(); ++i)
-        sum = lightmesh_double_add(sum, lightmesh_double_multiply(lightmesh_cache_pick(a, i), lightmesh_cache_pick(b, i)));
+        sum = lightmesh_double_add(sum,
+                                   lightmesh_double_multiply(lightmesh_cache_pick(a, i), lightmesh_cache_pick(b, i)));
     return sum;
 }
 
@@ -439,7 +445,7 @@ void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
     uint of_step = lightmesh_double_bits(step).y >> 8, of_footprint = lightmesh_double_bits(footprint).y >> 8;
     if (((step.y ^ footprint.y) & 0x00100000u) != 0u)
         of_step <<= 1;
-    float weight = 220363.148621 * (float(of_step - of_footprint) / float(of_footprint)) + 0.5;
+    float weight = 220363.1473 * (float(of_step - of_footprint) / float(of_footprint)) + 0.5;
     int least = int(min(weight - 0.03, 32768.0));
     at.part = int(min(weight + 0.03, 32768.0));
     if (at.part != least)
@@ -666,8 +672,8 @@ void lightmesh_cache_add(inout uvec2 lights, uint l) {
         lights.y |= 1u << (l - 32u);
 }
 
-// Which of four lights can reach the point, as far as floats tell; in the four bits above, of which they do not, or cones
-// have a say.
+// Which of four lights can reach the point, as far as floats tell; in the four bits above, of which they do not, or
+// cones have a say.
 uint lightmesh_cache_four_reaching(uint light, uint last, vec3 point, float size_of_point, vec3 normal) {
     uint first = lightmesh_cache_head[1].z;
     uvec4 at = first + 6u * min(light + uvec4(0u, 1u, 2u, 3u), uvec4(last));
@@ -692,7 +698,8 @@ uint lightmesh_cache_four_reaching(uint light, uint last, vec3 point, float size
                                            lightmesh_cache_head[at.z + 1u].x, lightmesh_cache_head[at.w + 1u].x));
         vec4 squared = lightmesh_cache_dots(offsets, offsets), limit = range * range;
         uint ranged = lightmesh_cache_bits(has_range >> 4);
-        facing &= ~ranged | lightmesh_cache_bits(uvec4(lessThan(squared, limit)) & uvec4(greaterThanEqual(range, vec4(0.0))));
+        facing &= ~ranged | lightmesh_cache_bits(uvec4(lessThan(squared, limit)) &
+                                                 uvec4(greaterThanEqual(range, vec4(0.0))));
         unsure |= ranged & lightmesh_cache_bits(uvec4(not(greaterThan(abs(squared - limit), 1e-6 * limit + 1e-36))));
     }
     unsure |= facing & lightmesh_cache_bits(kinds >> 1);
@@ -718,7 +725,8 @@ uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
         reaching &= asked & ~unsure;
         while ((unsure.x | unsure.y) != 0u) {
             uint l = uint(unsure.x != 0u ? findLSB(unsure.x) : 32 + findLSB(unsure.y));
-            unsure = unsure.x != 0u ? uvec2(unsure.x & (unsure.x - 1u), unsure.y) : uvec2(0u, unsure.y & (unsure.y - 1u));
+            unsure = unsure.x != 0u ? uvec2(unsure.x & (unsure.x - 1u), unsure.y)
+                                    : uvec2(0u, unsure.y & (unsure.y - 1u));
             if (lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
                 lightmesh_cache_add(reaching, l);
         }
@@ -790,8 +798,8 @@ vec3 lightmesh_cache_record_normal(uint record) {
     return lightmesh_cache_unit_floats(ivec4(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16, 0)).xyz;
 }
 
-// The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known. Mostly it is the first one: all
-// records have room for one, which is read along.
+// The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known. Mostly it is the first one:
+// all records have room for one, which is read along.
 uvec4 lightmesh_cache_record_row(uint record, uint tile) {
     uint count = lightmesh_cache_records[record + 1u].w;
     uvec4 row = lightmesh_cache_records[record + 2u];
@@ -820,7 +828,8 @@ LightMeshCacheRows lightmesh_cache_rows_of(uvec4 taps, uint tile) {
           z = lightmesh_cache_record_row(taps.z, tile), w = lightmesh_cache_record_row(taps.w, tile);
     return LightMeshCacheRows(
         uvec4(x.y, y.y, z.y, w.y),
-        x.x >> 24 | (y.x & 0xff000000u) >> 16 | (z.x & 0xff000000u) >> 8 | (w.x & 0xff000000u), x.zw & y.zw & z.zw & w.zw);
+        x.x >> 24 | (y.x & 0xff000000u) >> 16 | (z.x & 0xff000000u) >> 8 | (w.x & 0xff000000u),
+        x.zw & y.zw & z.zw & w.zw);
 }
 
 // The words of the first four, and of the other lights of an octet.
@@ -868,7 +877,8 @@ uvec4 lightmesh_cache_find_records(int axis, uint what, int level) {
           y = lightmesh_cache_key(lightmesh_cache_index(1, axis), what, level),
           z = lightmesh_cache_key(lightmesh_cache_index(2, axis), what, level),
           w = lightmesh_cache_key(lightmesh_cache_index(3, axis), what, level);
-    uvec4 slots = uvec4(lightmesh_cache_hash(x), lightmesh_cache_hash(y), lightmesh_cache_hash(z), lightmesh_cache_hash(w)) &
+    uvec4 slots = uvec4(lightmesh_cache_hash(x), lightmesh_cache_hash(y), lightmesh_cache_hash(z),
+                        lightmesh_cache_hash(w)) &
                   lightmesh_cache_head[0].z;
     uvec4 records = uvec4(lightmesh_cache_look(x, slots.x), lightmesh_cache_look(y, slots.y),
                           lightmesh_cache_look(z, slots.z), lightmesh_cache_look(w, slots.w));
@@ -929,8 +939,8 @@ vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
     return point;
 }
 
-// ---- where the point lies: coordinates in steps, with 32 bits behind the point, of which all but some of the lowest are
-// sure; and in doubles where those decide.
+// ---- where the point lies: coordinates in steps, with 32 bits behind the point, of which all but some of the lowest
+// are sure; and in doubles where those decide.
 
 // 64 bits, the lower word first; `slack`: how far that may be from what doubles have.
 uvec2 lightmesh_cache_located(float position, int level, int axis, out uint slack) {
@@ -1122,8 +1132,8 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
     return uint(share) | (is_suspect ? 512u : 0u);
 }
 
-// The same of four records by floats, and 1024 more where those can't tell. `limits`: how near records fit, how fast that
-// ends, and from where on something may lie between.
+// The same of four records by floats, and 1024 more where those can't tell. `limits`: how near records fit, how fast
+// that ends, and from where on something may lie between.
 uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normals, vec3 normal, vec3 limits) {
     LightMeshCacheFour n = lightmesh_cache_four(normal);
     vec4 before = lightmesh_cache_dots(offsets, n), before_record = lightmesh_cache_dots(offsets, normals),
@@ -1134,7 +1144,8 @@ uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normal
     vec4 height = (limits.x - abs(before)) * limits.y, slope = cosine * 10.0 - 6.5;
     vec4 unsure = (slack + 3e-7 * (limits.x + abs(before))) * limits.y;
     const float unsure_slope = 3e-5;
-    ivec4 least = ivec4(256.0 * clamp(height - unsure, 0.0, 1.0)), most = ivec4(256.0 * clamp(height + unsure, 0.0, 1.0)),
+    ivec4 least = ivec4(256.0 * clamp(height - unsure, 0.0, 1.0)),
+          most = ivec4(256.0 * clamp(height + unsure, 0.0, 1.0)),
           least_slope = ivec4(256.0 * clamp(slope - unsure_slope, 0.0, 1.0)),
           most_slope = ivec4(256.0 * clamp(slope + unsure_slope, 0.0, 1.0));
     uvec4 is_sure = (uvec4(equal(least, most)) & uvec4(equal(least_slope, most_slope))) |
@@ -1155,7 +1166,8 @@ uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint
     uint seen = 0u;
     bool is_any_open = false;
     // Which is the n-th heaviest, four bits each: how many are heavier than each, or as heavy and before it.
-    uvec3 than_first = uvec3(greaterThan(weights.yzw, weights.xxx)), than_second = uvec3(greaterThan(weights.zww, weights.yyz));
+    uvec3 than_first = uvec3(greaterThan(weights.yzw, weights.xxx)),
+          than_second = uvec3(greaterThan(weights.zww, weights.yyz));
     uvec4 heavier = uvec4(than_first.x + than_first.y + than_first.z, 1u - than_first.x + than_second.x + than_second.y,
                           2u - than_first.y - than_second.x + than_second.z,
                           3u - than_first.z - than_second.y - than_second.z);
@@ -1277,9 +1289,8 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
                        lightmesh_double_to_float(lightmesh_cache_level_per_fifth(level)),
                        lightmesh_double_to_float(lightmesh_cache_level_least(level)) +
                            lightmesh_cache_largest(at.position) * uintBitsToFloat(0x35000000u));  // 2^-21
-    uvec4 found = lightmesh_cache_fits(lightmesh_cache_differences(positions, lightmesh_cache_four(at.position)), normals,
-                                       at.normal, limits) *
-                  is_on_surface;
+    LightMeshCacheFour offsets = lightmesh_cache_differences(positions, lightmesh_cache_four(at.position));
+    uvec4 found = lightmesh_cache_fits(offsets, normals, at.normal, limits) * is_on_surface;
     ivec4 fits = ivec4(found & 511u);
     uint suspect = lightmesh_cache_bits(found >> 9), unsure = lightmesh_cache_bits(found >> 10);
     while (unsure != 0u) {
@@ -1289,7 +1300,8 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         precise vec3 offset = lightmesh_cache_record_position(record) - at.position;
         uint fit = lightmesh_cache_fit_exactly(offset, lightmesh_cache_record_normal(record), at, level);
         int share = int(fit & 511u);
-        fits = ivec4(k == 0 ? share : fits.x, k == 1 ? share : fits.y, k == 2 ? share : fits.z, k == 3 ? share : fits.w);
+        fits = ivec4(k == 0 ? share : fits.x, k == 1 ? share : fits.y, k == 2 ? share : fits.z,
+                     k == 3 ? share : fits.w);
         suspect = (suspect & ~(1u << k)) | fit >> 9 << k;
     }
     uint seen = 15u;
@@ -1319,14 +1331,13 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
           air_weights = is_seen * 3u * (uvec4(weights) + 1u) * uvec4(256 - fits);
     ivec4 parts = ivec4(is_seen) * (weights * fits >> 8);
     int served = parts.x + parts.y + parts.z + parts.w;
-    uvec4 air = uvec4(0u);
-    if (any(notEqual(air_weights, uvec4(0u)))) {
-        air = lightmesh_cache_find_records(axis, 6u + uint(facing), level);
-        if (any(equal(air * uvec4(notEqual(air_weights, uvec4(0u))) | uvec4(equal(air_weights, uvec4(0u))), uvec4(0u)))) {
+    uvec4 air = uvec4(0u), in_air = uvec4(notEqual(air_weights, uvec4(0u)));
+    if (in_air != uvec4(0u)) {
+        air = lightmesh_cache_find_records(axis, 6u + uint(facing), level) * in_air;
+        if (uvec4(notEqual(air, uvec4(0u))) != in_air) {
             lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
             return;
         }
-        air *= uvec4(notEqual(air_weights, uvec4(0u)));
     }
     records *= uvec4(notEqual(on_weights, uvec4(0u)));
     uint any_record = lightmesh_cache_first_of(records), any_air = lightmesh_cache_first_of(air);
@@ -1513,8 +1524,9 @@ void lightmesh_cache_read_shaft_of(inout uint word, uint weight, inout uvec4 mis
         missed = max(missed, lightmesh_cache_bytes(misses) * min(8u * weight, 32768u));
 }
 
-// Adds what a level's records say of four lights: what `blend_level` of the library's kernels does. Words of the records
-// on surfaces, of those in the air, and of the probe. `asked`: 255 in the bytes of lights of which something is left.
+// Adds what a level's records say of four lights: what `blend_level` of the library's kernels does. Words of the
+// records on surfaces, of those in the air, and of the probe. `asked`: 255 in the bytes of lights of which something is
+// left.
 void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uvec4 words, uvec4 air_words, uint probe_word,
                            uint asked, LightMeshCacheLevel level) {
     uvec4 missed = uvec4(0u);
@@ -1590,8 +1602,8 @@ uint lightmesh_cache_mask(uvec4 lanes) {
 // What is left for finer levels, of 2^15: 16 bits for each light.
 uvec2 lightmesh_cache_left[16];
 
-// Finds S of lights along one facing, as 2^23 * 255 for 1, in the turn's part of lightmesh_cache_values. Those for which
-// something is lacking come back.
+// Finds S of lights along one facing, as 2^23 * 255 for 1, in the turn's part of lightmesh_cache_values. Those for
+// which something is lacking come back.
 uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint tile, uvec2 lights,
                                  uvec2 smooth_lights) {
     uvec2 unknown = uvec2(0u);
@@ -1653,7 +1665,8 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         lights = uvec2(0u);
         // Octets of lights that are asked for.
         while ((asking.x | asking.y) != 0u) {
-            uint octet = uint(asking.x != 0u ? findLSB(asking.x) : 32 + findLSB(asking.y)) >> 3, shift = 8u * (octet & 3u);
+            uint octet = uint(asking.x != 0u ? findLSB(asking.x) : 32 + findLSB(asking.y)) >> 3;
+            uint shift = 8u * (octet & 3u);
             uint asked = (octet < 4u ? asking.x : asking.y) >> shift & 255u;
             asking &= octet < 4u ? uvec2(~(255u << shift), ~0u) : uvec2(0u, ~(255u << shift));
             uvec4 low_words, high_words, air_low_words = uvec4(0u), air_high_words = uvec4(0u);

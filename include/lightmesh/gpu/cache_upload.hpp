@@ -275,7 +275,7 @@ private:
     // ---- records: two words each, then one for each tile of lights of which something is known
 
     static std::uint32_t hash_of(const detail::RecordKey& key) {
-        return hash_of({key.words[0], key.words[1], key.words[2], 0});
+        return hash_of(Word{key.words[0], key.words[1], key.words[2], 0});
     }
     static std::uint32_t hash_of(const Word& w) {
         std::uint32_t hash = w[0] * 0x8da6b343u + w[1] * 0xd8163841u + w[2] * 0xcb1ab31fu;
