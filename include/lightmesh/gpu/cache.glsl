@@ -799,7 +799,7 @@ vec3 lightmesh_cache_record_normal(uint record) {
 }
 
 // The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known. Mostly it is the first one:
-// all records have room for one, which is read along.
+// it is read along, also where a record has none.
 uvec4 lightmesh_cache_record_row(uint record, uint tile) {
     uint count = lightmesh_cache_records[record + 1u].w;
     uvec4 row = lightmesh_cache_records[record + 2u];

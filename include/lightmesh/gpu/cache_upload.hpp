@@ -295,10 +295,8 @@ private:
     };
 
     static constexpr std::uint32_t record_head = 2;
-    /// Pools count pairs. There is room for one tile, as shaders read it along with the head.
-    static std::uint32_t pairs_of(std::uint32_t tiles) {
-        return 2 * (record_head + (std::max)(tiles, std::uint32_t{1}));
-    }
+    /// Pools count pairs.
+    static std::uint32_t pairs_of(std::uint32_t tiles) { return 2 * (record_head + tiles); }
     static std::uint32_t size_of(const Word& tile) {
         return static_cast<std::uint32_t>(std::popcount(tile[0] >> 24));
     }
@@ -311,6 +309,8 @@ private:
                 records_pool_.give_back(2 * place.at, pairs_of(place.tiles));
             place.at = records_pool_.take(pairs_of(stored.tile_count), words(records)) / 2;
             place.tiles = stored.tile_count;
+            // Shaders read a tile along with the head, also where there is none.
+            words(records).grow(4 * (std::size_t{place.at} + record_head + 1));
         }
         detail::Record record;
         detail::CacheReader::copy(stored, record);
