@@ -27,6 +27,8 @@
 //     lightmesh_cache_lacks_place   the point or its normal is not finite, or lies outside the lattice. No request is
 //                                   made.
 //
+// lightmesh_cache_known_of_four and lightmesh_cache_shares_of_four say it of four lights at once.
+//
 // lightmesh_is_open says whether nothing lies on the segment between two points, as the cache's tracer sees it. It is
 // asked for few points, up to eight times for each level of the cache.
 //
@@ -35,8 +37,10 @@
 //     LIGHTMESH_NO_RAYS                              there is no lightmesh_is_open: what needs a ray is not known
 //
 // GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to storage
-// buffers. Sums and products must round to nearest, as they do on all GPUs; what decides anything is an integer, such
-// a float, or a double by integers (doubles.glsl). One query at a time: it works in variables of this file.
+// buffers. Sums, products and floats of integers must round to nearest, as they do on all GPUs. What decides anything
+// is an integer, such a float, or a float with a bound of its error; where that cannot tell, and that is seldom, a double
+// by integers (doubles.glsl). One query at a time: it works in variables of this file, where S of a tile stands until
+// the next one is asked for.
 #ifndef LIGHTMESH_CACHE_GLSL
 #define LIGHTMESH_CACHE_GLSL
 
@@ -59,10 +63,12 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 //     how far the lattice reaches from its origin: a double | where lights begin | 0
 //     for each level five, and for each one more: see `lightmesh_cache_level_*`
 //     lights, six each: see `lightmesh_cache_light_*`
-// Slots: the three words of a key | where its record stands; 0: free
+// Slots, of which a key's hash says the first that it may be in, two or more free ones at the end:
+//          the three words of a key | where its record stands; 0: free
 // Records: position | x and y of the normal
-//          z of the normal and links | lattice index and whether it is on a surface | 0 | number of its tiles, that follow:
-//          number of the tile and, 24 bits higher, which octets it has | first octet | known lights
+//          z of the normal and links | lattice index and whether it is on a surface | 0 | number of its tiles, that
+//          follow: number of the tile and, 24 bits higher, which octets it has | first octet | known lights
+// Octets: values of eight lights, a byte each
 layout(std430, set = LIGHTMESH_CACHE_SET, binding = LIGHTMESH_CACHE_BINDING) readonly buffer LightMeshCacheHead {
     uvec4 lightmesh_cache_head[];
 };
@@ -237,20 +243,47 @@ float lightmesh_cache_dot(vec3 a, vec3 b) {
 }
 
 struct LightMeshCacheDoubles {
-    uvec2 x[3];
+    uvec2 x, y, z;
 };
 
 LightMeshCacheDoubles lightmesh_cache_doubles(vec3 v) {
-    return LightMeshCacheDoubles(
-        uvec2[3](lightmesh_double_of(v.x), lightmesh_double_of(v.y), lightmesh_double_of(v.z)));
+    return LightMeshCacheDoubles(lightmesh_double_of(v.x), lightmesh_double_of(v.y), lightmesh_double_of(v.z));
+}
+
+uvec2 lightmesh_cache_pick(LightMeshCacheDoubles v, int i) {
+    return i == 0 ? v.x : i == 1 ? v.y : v.z;
 }
 
 // a . b, added from the first component to the last.
 uvec2 lightmesh_cache_double_dot(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
     uvec2 sum = uvec2(0u);
-    for (int axis = 0; axis < lightmesh_cache_three(); ++axis)
-        sum = lightmesh_double_add(sum, lightmesh_double_multiply(a.x[axis], b.x[axis]));
+    for (int i = 0; i < lightmesh_cache_three(); ++i)
+        sum = lightmesh_double_add(sum,
+                                   lightmesh_double_multiply(lightmesh_cache_pick(a, i), lightmesh_cache_pick(b, i)));
     return sum;
+}
+
+// a - b, by turning: each difference enters behind the others.
+LightMeshCacheDoubles lightmesh_cache_double_differences(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
+    LightMeshCacheDoubles differences = a;
+    for (int i = 0; i < lightmesh_cache_three(); ++i)
+        differences = LightMeshCacheDoubles(
+            differences.y, differences.z,
+            lightmesh_double_subtract(lightmesh_cache_pick(a, i), lightmesh_cache_pick(b, i)));
+    return differences;
+}
+
+LightMeshCacheDoubles lightmesh_cache_double_cross(LightMeshCacheDoubles a, LightMeshCacheDoubles b) {
+    LightMeshCacheDoubles across = a;
+    for (int i = 0; i < lightmesh_cache_three(); ++i) {
+        int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
+        across = LightMeshCacheDoubles(
+            across.y, across.z,
+            lightmesh_double_subtract(
+                lightmesh_double_multiply(lightmesh_cache_pick(a, u), lightmesh_cache_pick(b, v)),
+                lightmesh_double_multiply(lightmesh_cache_pick(b, u), lightmesh_cache_pick(a, v))));
+    }
+    return across;
 }
 
 // a / b as the nearest float, as lightmesh_float_divide has it: the quotient of the device, put right.
@@ -279,6 +312,16 @@ float lightmesh_cache_divide(float a, float b) {
     return uintBitsToFloat(is_zero ? 0u : ((x ^ y) & 0x80000000u) | magnitude);
 }
 
+// The square root of a number from 1 to 3 as the nearest float: that of the device, put right.
+float lightmesh_cache_sqrt(float a) {
+    uint square = uint(a * 8388608.0), root = uint(sqrt(a) * 8388608.0);
+    int rest = int((square << 23) - root * root);
+    root += uint(int(floor(float(rest) / float(2u * root) + 0.5)));
+    rest = int((square << 23) - root * root);
+    root = rest > int(root) ? root + 1u : rest <= -int(root) ? root - 1u : root;
+    return float(root) * uintBitsToFloat(0x34000000u);  // 2^-23
+}
+
 // The vector at length 1, with every step rounded as a processor does; zero stays zero.
 vec3 lightmesh_cache_unit(vec3 v) {
     float largest = lightmesh_cache_largest(v);
@@ -286,7 +329,7 @@ vec3 lightmesh_cache_unit(vec3 v) {
         return vec3(0.0);
     vec3 parts = vec3(lightmesh_cache_divide(v.x, largest), lightmesh_cache_divide(v.y, largest),
                       lightmesh_cache_divide(v.z, largest));
-    float scale = lightmesh_cache_divide(1.0, lightmesh_float_sqrt(lightmesh_cache_dot(parts, parts)));
+    float scale = lightmesh_cache_divide(1.0, lightmesh_cache_sqrt(lightmesh_cache_dot(parts, parts)));
     precise vec3 unit = parts * scale;
     return unit;
 }
@@ -312,6 +355,30 @@ bool lightmesh_cache_is_unit(vec3 v) {
     LightMeshCacheDoubles doubles = lightmesh_cache_doubles(v);
     uvec2 exact = lightmesh_double_subtract(lightmesh_cache_double_dot(doubles, doubles), lightmesh_cache_one);
     return lightmesh_double_less(lightmesh_double_abs(exact), uvec2(0xf40d8376u, 0x3e9421f5u));  // 3e-7
+}
+
+// Four vectors, by their components.
+struct LightMeshCacheFour {
+    vec4 x, y, z;
+};
+
+vec4 lightmesh_cache_dots(LightMeshCacheFour a, LightMeshCacheFour b) {
+    precise vec4 sums = (a.x * b.x + a.y * b.y) + a.z * b.z;
+    return sums;
+}
+
+LightMeshCacheFour lightmesh_cache_four(vec3 v) {
+    return LightMeshCacheFour(vec4(v.x), vec4(v.y), vec4(v.z));
+}
+
+LightMeshCacheFour lightmesh_cache_differences(LightMeshCacheFour a, LightMeshCacheFour b) {
+    precise vec4 x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
+    return LightMeshCacheFour(x, y, z);
+}
+
+// The lowest bits of four words.
+uint lightmesh_cache_bits(uvec4 words) {
+    return (words.x & 1u) | (words.y & 1u) << 1 | (words.z & 1u) << 2 | (words.w & 1u) << 3;
 }
 
 // A position moved off its surface.
@@ -378,7 +445,7 @@ void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
     uint of_step = lightmesh_double_bits(step).y >> 8, of_footprint = lightmesh_double_bits(footprint).y >> 8;
     if (((step.y ^ footprint.y) & 0x00100000u) != 0u)
         of_step <<= 1;
-    float weight = 220363.148621 * (float(of_step - of_footprint) / float(of_footprint)) + 0.5;
+    float weight = 220363.1473 * (float(of_step - of_footprint) / float(of_footprint)) + 0.5;
     int least = int(min(weight - 0.03, 32768.0));
     at.part = int(min(weight + 0.03, 32768.0));
     if (at.part != least)
@@ -524,18 +591,20 @@ uvec2 lightmesh_cache_double_square(uvec2 a) {
 
 // In floats where those are sure, else in doubles.
 bool lightmesh_cache_faces(vec3 at, bool is_directional, vec3 point, vec3 normal) {
-    precise vec3 offset = is_directional ? at : at - point;
+    precise vec3 offset = at - (is_directional ? vec3(0.0) : point);
     precise vec3 products = normal * offset;
     precise float sum = products.x + products.y + products.z;
     float size = abs(products.x) + abs(products.y) + abs(products.z);
     float far = lightmesh_cache_largest(at) + (is_directional ? 0.0 : lightmesh_cache_largest(point));
     if (abs(sum) > 1e-6 * size + 1e-14 * far + 1e-36)
         return sum > 0.0;
-    uvec2 height[2];
-    for (int i = 0; i < 2; ++i)
-        height[i] = lightmesh_cache_double_dot(
-            lightmesh_cache_doubles(i == 0 ? at : is_directional ? vec3(0.0) : point), lightmesh_cache_doubles(normal));
-    return !lightmesh_double_less(height[0], height[1]);
+    uvec2 of_light = uvec2(0u), of_point = uvec2(0u);
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        of_light = of_point;
+        of_point = lightmesh_cache_double_dot(
+            lightmesh_cache_doubles(i == 1 ? at : is_directional ? vec3(0.0) : point), lightmesh_cache_doubles(normal));
+    }
+    return !lightmesh_double_less(of_light, of_point);
 }
 
 bool lightmesh_cache_in_range(vec3 at, float range, vec3 point) {
@@ -565,19 +634,13 @@ bool lightmesh_cache_in_cone(uint light, bool is_wide, vec3 offset) {
         return is_wide;
     if ((is_wide ? is_back : is_front) && abs(over) > (1e-5 * dot(offset, offset) + 1e-30) * (1.0 + slope))
         return (over < 0.0) != is_wide;
-    LightMeshCacheDoubles axis = LightMeshCacheDoubles(uvec2[3](first.xy, first.zw, second.xy));
+    LightMeshCacheDoubles axis = LightMeshCacheDoubles(first.xy, first.zw, second.xy);
     LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
     uvec2 along = lightmesh_cache_double_dot(axis, w);
     bool is_before = !lightmesh_double_less(along, uvec2(0u));
     if (is_before == is_wide)
         return is_wide;
-    // The square of cross(axis, offset).
-    LightMeshCacheDoubles across;
-    for (int i = 0; i < lightmesh_cache_three(); ++i) {
-        int u = i == 2 ? 0 : i + 1, v = i == 0 ? 2 : i - 1;
-        across.x[i] = lightmesh_double_subtract(lightmesh_double_multiply(axis.x[u], w.x[v]),
-                                                lightmesh_double_multiply(w.x[u], axis.x[v]));
-    }
+    LightMeshCacheDoubles across = lightmesh_cache_double_cross(axis, w);
     uvec2 squared = lightmesh_cache_double_dot(across, across);
     uvec2 limit = second.zw;
     for (int i = 1; i < lightmesh_cache_three(); ++i)
@@ -609,17 +672,64 @@ void lightmesh_cache_add(inout uvec2 lights, uint l) {
         lights.y |= 1u << (l - 32u);
 }
 
+// Which of four lights can reach the point, as far as floats tell; in the four bits above, of which they do not, or
+// cones have a say.
+uint lightmesh_cache_four_reaching(uint light, uint last, vec3 point, float size_of_point, vec3 normal) {
+    uint first = lightmesh_cache_head[1].z;
+    uvec4 at = first + 6u * min(light + uvec4(0u, 1u, 2u, 3u), uvec4(last));
+    uvec4 x = lightmesh_cache_head[at.x], y = lightmesh_cache_head[at.y], z = lightmesh_cache_head[at.z],
+          w = lightmesh_cache_head[at.w];
+    uvec4 kinds = uvec4(x.w, y.w, z.w, w.w);
+    LightMeshCacheFour places = LightMeshCacheFour(uintBitsToFloat(uvec4(x.x, y.x, z.x, w.x)),
+                                                   uintBitsToFloat(uvec4(x.y, y.y, z.y, w.y)),
+                                                   uintBitsToFloat(uvec4(x.z, y.z, z.z, w.z)));
+    vec4 has_place = vec4(equal(kinds & lightmesh_cache_directional, uvec4(0u)));
+    LightMeshCacheFour offsets = lightmesh_cache_differences(
+        places, LightMeshCacheFour(has_place * point.x, has_place * point.y, has_place * point.z));
+    precise vec4 to_x = normal.x * offsets.x, to_y = normal.y * offsets.y, to_z = normal.z * offsets.z;
+    precise vec4 sum = to_x + to_y + to_z;
+    vec4 size = abs(to_x) + abs(to_y) + abs(to_z);
+    vec4 far = max(max(abs(places.x), abs(places.y)), abs(places.z)) + has_place * size_of_point;
+    uint facing = lightmesh_cache_bits(uvec4(greaterThan(sum, vec4(0.0)))),
+         unsure = lightmesh_cache_bits(uvec4(not(greaterThan(abs(sum), 1e-6 * size + 1e-14 * far + 1e-36))));
+    uvec4 has_range = kinds & lightmesh_cache_has_range;
+    if ((has_range.x | has_range.y | has_range.z | has_range.w) != 0u) {
+        vec4 range = uintBitsToFloat(uvec4(lightmesh_cache_head[at.x + 1u].x, lightmesh_cache_head[at.y + 1u].x,
+                                           lightmesh_cache_head[at.z + 1u].x, lightmesh_cache_head[at.w + 1u].x));
+        vec4 squared = lightmesh_cache_dots(offsets, offsets), limit = range * range;
+        uint ranged = lightmesh_cache_bits(has_range >> 4);
+        facing &= ~ranged | lightmesh_cache_bits(uvec4(lessThan(squared, limit)) &
+                                                 uvec4(greaterThanEqual(range, vec4(0.0))));
+        unsure |= ranged & lightmesh_cache_bits(uvec4(not(greaterThan(abs(squared - limit), 1e-6 * limit + 1e-36))));
+    }
+    unsure |= facing & lightmesh_cache_bits(kinds >> 1);
+    return facing | unsure << 4;
+}
+
 // Which of the asked lights of a tile can reach the point, chi of equation (3), range and cone: by its normal, and by
 // its smooth one.
 uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
     uvec4 found = uvec4(0u);
-    uint turns = at.is_smooth ? 2u : 1u;
+    uint turns = at.is_smooth ? 2u : 1u, count = lightmesh_cache_tile_size(tile), last = 64u * tile + count - 1u;
+    float size_of_point = lightmesh_cache_largest(at.position);
     for (uint turn = 0u; turn < turns; ++turn) {
         vec3 normal = turn == 0u ? at.normal : at.smooth_normal;
-        uvec2 reaching = uvec2(0u);
-        for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
-            if (lightmesh_cache_has(asked, l) && lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
+        uvec2 reaching = uvec2(0u), unsure = uvec2(0u);
+        for (uint l = 0u; l < count; l += 4u) {
+            uint four = lightmesh_cache_four_reaching(64u * tile + l, last, at.position, size_of_point, normal);
+            uint shift = l & 31u;
+            reaching |= l < 32u ? uvec2((four & 15u) << shift, 0u) : uvec2(0u, (four & 15u) << shift);
+            unsure |= l < 32u ? uvec2(four >> 4 << shift, 0u) : uvec2(0u, four >> 4 << shift);
+        }
+        unsure &= asked;
+        reaching &= asked & ~unsure;
+        while ((unsure.x | unsure.y) != 0u) {
+            uint l = uint(unsure.x != 0u ? findLSB(unsure.x) : 32 + findLSB(unsure.y));
+            unsure = unsure.x != 0u ? uvec2(unsure.x & (unsure.x - 1u), unsure.y)
+                                    : uvec2(0u, unsure.y & (unsure.y - 1u));
+            if (lightmesh_cache_can_reach(64u * tile + l, at.position, normal))
                 lightmesh_cache_add(reaching, l);
+        }
         found = turn == 0u ? uvec4(reaching, 0u, 0u) : uvec4(found.xy, reaching);
     }
     return found;
@@ -652,45 +762,50 @@ uvec3 lightmesh_cache_key(ivec3 index, uint what, int level) {
     return key;
 }
 
-bool lightmesh_cache_is_other(uvec4 slot, uvec3 key) {
-    return slot.w != 0u && slot.xyz != key;
+// What two slots say of a key: where its record stands, 0 if it has none, and ~0 if the slots that follow tell.
+uint lightmesh_cache_look(uvec3 key, uint slot) {
+    uvec4 a = lightmesh_cache_slots[slot], b = lightmesh_cache_slots[slot + 1u];
+    uint second = b.w == 0u || b.xyz == key ? b.w : ~0u;
+    return a.w == 0u || a.xyz == key ? a.w : second;
 }
 
 // Where a key's record stands, or 0. `what`: kind and facing.
 uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
     uvec3 key = lightmesh_cache_key(index, what, level);
-    uint hash = lightmesh_cache_hash(key), mask = lightmesh_cache_head[0].z;
+    uint slot = lightmesh_cache_hash(key) & lightmesh_cache_head[0].z;
     // Not a loop that is left from within: there lavapipe of Mesa 22.3 misses keys.
-    uvec4 slot = lightmesh_cache_slots[hash & mask];
-    while (lightmesh_cache_is_other(slot, key))
-        slot = lightmesh_cache_slots[++hash & mask];
-    return slot.w;
+    uint record = lightmesh_cache_look(key, slot);
+    while (record == ~0u) {
+        slot += 2u;
+        record = lightmesh_cache_look(key, slot);
+    }
+    return record;
 }
 
 vec3 lightmesh_cache_record_position(uint record) {
     return uintBitsToFloat(lightmesh_cache_records[record].xyz);
 }
-// By what a record's two words say; zero: there is no surface.
-vec3 lightmesh_cache_normal_of(uint xy, uvec4 more) {
+vec4 lightmesh_cache_unit_floats(ivec4 components) {
+    precise vec4 floats = vec4(components) * uintBitsToFloat(0x38000100u);  // 1 / 32767
+    return floats;
+}
+// Zero: there is no surface.
+vec3 lightmesh_cache_record_normal(uint record) {
+    uint xy = lightmesh_cache_records[record].w;
+    uvec4 more = lightmesh_cache_records[record + 1u];
     if ((more.y & 1u) == 0u)
         return vec3(0.0);
-    ivec3 normal = ivec3(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16);
-    precise vec3 unit = vec3(normal) * uintBitsToFloat(0x38000100u);  // 1 / 32767
-    return unit;
-}
-vec3 lightmesh_cache_record_normal(uint record) {
-    return lightmesh_cache_normal_of(lightmesh_cache_records[record].w, lightmesh_cache_records[record + 1u]);
+    return lightmesh_cache_unit_floats(ivec4(int(xy << 16) >> 16, int(xy) >> 16, int(more.x << 16) >> 16, 0)).xyz;
 }
 
-// The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known.
+// The tile of a record's values: what lightmesh_cache_records says, 0 if nothing is known. Mostly it is the first one:
+// it is read along, also where a record has none.
 uvec4 lightmesh_cache_record_row(uint record, uint tile) {
-    uint count = lightmesh_cache_records[record + 1u].w, i = 0u;
-    uvec4 row = uvec4(~0u);
-    while (i < count && (row.x & 0x00ffffffu) != tile) {
+    uint count = lightmesh_cache_records[record + 1u].w;
+    uvec4 row = lightmesh_cache_records[record + 2u];
+    for (uint i = 1u; i < count && (row.x & 0x00ffffffu) != tile; ++i)
         row = lightmesh_cache_records[record + 2u + i];
-        ++i;
-    }
-    return (row.x & 0x00ffffffu) == tile ? row : uvec4(0u);
+    return count != 0u && (row.x & 0x00ffffffu) == tile ? row : uvec4(0u);
 }
 
 // The values of the eight lights of an octet of a tile, a byte each; 0 where they are not known. `row`: the octets that
@@ -699,6 +814,32 @@ uvec2 lightmesh_cache_row_octet(uint octets, uint first, uint octet) {
     if (((octets >> octet) & 1u) == 0u)
         return uvec2(0u);
     return lightmesh_cache_octets[first + uint(bitCount(octets & ((1u << octet) - 1u)))];
+}
+
+// Of four taps' tiles the first octets, which octets there are, eight bits each, and which lights are known to all.
+struct LightMeshCacheRows {
+    uvec4 firsts;
+    uint octets;
+    uvec2 known;
+};
+
+LightMeshCacheRows lightmesh_cache_rows_of(uvec4 taps, uint tile) {
+    uvec4 x = lightmesh_cache_record_row(taps.x, tile), y = lightmesh_cache_record_row(taps.y, tile),
+          z = lightmesh_cache_record_row(taps.z, tile), w = lightmesh_cache_record_row(taps.w, tile);
+    return LightMeshCacheRows(
+        uvec4(x.y, y.y, z.y, w.y),
+        x.x >> 24 | (y.x & 0xff000000u) >> 16 | (z.x & 0xff000000u) >> 8 | (w.x & 0xff000000u),
+        x.zw & y.zw & z.zw & w.zw);
+}
+
+// The words of the first four, and of the other lights of an octet.
+void lightmesh_cache_read_octets(LightMeshCacheRows rows, uint octet, out uvec4 low, out uvec4 high) {
+    uvec2 x = lightmesh_cache_row_octet(rows.octets & 255u, rows.firsts.x, octet),
+          y = lightmesh_cache_row_octet(rows.octets >> 8 & 255u, rows.firsts.y, octet),
+          z = lightmesh_cache_row_octet(rows.octets >> 16 & 255u, rows.firsts.z, octet),
+          w = lightmesh_cache_row_octet(rows.octets >> 24, rows.firsts.w, octet);
+    low = uvec4(x.x, y.x, z.x, w.x);
+    high = uvec4(x.y, y.y, z.y, w.y);
 }
 
 // ---- a cell of four records
@@ -730,33 +871,29 @@ ivec3 lightmesh_cache_index(int k, int axis) {
                                        axis);
 }
 
-// Where the records of the four corners stand, or 0, side by side: each takes a slot or two to be found.
+// Where the records of the four corners stand, or 0, side by side: it is memory that takes the time.
 uvec4 lightmesh_cache_find_records(int axis, uint what, int level) {
-    uvec3 key_x = lightmesh_cache_key(lightmesh_cache_index(0, axis), what, level),
-          key_y = lightmesh_cache_key(lightmesh_cache_index(1, axis), what, level),
-          key_z = lightmesh_cache_key(lightmesh_cache_index(2, axis), what, level),
-          key_w = lightmesh_cache_key(lightmesh_cache_index(3, axis), what, level);
-    uvec4 hash = uvec4(lightmesh_cache_hash(key_x), lightmesh_cache_hash(key_y), lightmesh_cache_hash(key_z),
-                       lightmesh_cache_hash(key_w));
-    uint mask = lightmesh_cache_head[0].z;
-    uvec4 x = lightmesh_cache_slots[hash.x & mask], y = lightmesh_cache_slots[hash.y & mask],
-          z = lightmesh_cache_slots[hash.z & mask], w = lightmesh_cache_slots[hash.w & mask];
-    bvec4 is_other = bvec4(lightmesh_cache_is_other(x, key_x), lightmesh_cache_is_other(y, key_y),
-                           lightmesh_cache_is_other(z, key_z), lightmesh_cache_is_other(w, key_w));
-    while (any(is_other)) {
-        hash += uvec4(is_other);
-        if (is_other.x)
-            x = lightmesh_cache_slots[hash.x & mask];
-        if (is_other.y)
-            y = lightmesh_cache_slots[hash.y & mask];
-        if (is_other.z)
-            z = lightmesh_cache_slots[hash.z & mask];
-        if (is_other.w)
-            w = lightmesh_cache_slots[hash.w & mask];
-        is_other = bvec4(lightmesh_cache_is_other(x, key_x), lightmesh_cache_is_other(y, key_y),
-                         lightmesh_cache_is_other(z, key_z), lightmesh_cache_is_other(w, key_w));
+    uvec3 x = lightmesh_cache_key(lightmesh_cache_index(0, axis), what, level),
+          y = lightmesh_cache_key(lightmesh_cache_index(1, axis), what, level),
+          z = lightmesh_cache_key(lightmesh_cache_index(2, axis), what, level),
+          w = lightmesh_cache_key(lightmesh_cache_index(3, axis), what, level);
+    uvec4 slots = uvec4(lightmesh_cache_hash(x), lightmesh_cache_hash(y), lightmesh_cache_hash(z),
+                        lightmesh_cache_hash(w)) &
+                  lightmesh_cache_head[0].z;
+    uvec4 records = uvec4(lightmesh_cache_look(x, slots.x), lightmesh_cache_look(y, slots.y),
+                          lightmesh_cache_look(z, slots.z), lightmesh_cache_look(w, slots.w));
+    while (any(equal(records, uvec4(~0u)))) {
+        slots += 2u;
+        if (records.x == ~0u)
+            records.x = lightmesh_cache_look(x, slots.x);
+        if (records.y == ~0u)
+            records.y = lightmesh_cache_look(y, slots.y);
+        if (records.z == ~0u)
+            records.z = lightmesh_cache_look(z, slots.z);
+        if (records.w == ~0u)
+            records.w = lightmesh_cache_look(w, slots.w);
     }
-    return uvec4(x.w, y.w, z.w, w.w);
+    return records;
 }
 
 // origin + step * index as the nearest float, in pairs of floats; whether that is sure: of a double between it makes no
@@ -802,8 +939,8 @@ vec3 lightmesh_cache_lattice_point(ivec3 index, int level) {
     return point;
 }
 
-// ---- where the point lies: coordinates in steps, with 32 bits behind the point, of which all but some of the lowest are
-// sure; and in doubles where those decide.
+// ---- where the point lies: coordinates in steps, with 32 bits behind the point, of which all but some of the lowest
+// are sure; and in doubles where those decide.
 
 // 64 bits, the lower word first; `slack`: how far that may be from what doubles have.
 uvec2 lightmesh_cache_located(float position, int level, int axis, out uint slack) {
@@ -930,30 +1067,26 @@ bool lightmesh_cache_is_open(vec3 from, vec3 to, inout uint lacks) {
 
 // A link that no record keeps.
 bool lightmesh_cache_trace_link(int from, int to, int start, int end, int axis, int level) {
-    vec3 ends[2];
-    for (int k = 0; k < 2; ++k) {
-        ivec3 index = lightmesh_cache_turned_back(
-            ivec3(k == 0 ? start : end, lightmesh_cache_cell.corner.x + ((k == 0 ? from : to) & 1),
-                  lightmesh_cache_cell.corner.y + ((k == 0 ? from : to) >> 1)),
-            axis);
-        ends[k] = lightmesh_cache_lattice_point(index, level);
+    vec3 first = vec3(0.0), second = vec3(0.0);
+    for (int i = 1; i < lightmesh_cache_three(); ++i) {
+        int k = i == 1 ? from : to;
+        ivec3 index = lightmesh_cache_turned_back(ivec3(i == 1 ? start : end, lightmesh_cache_cell.corner.x + (k & 1),
+                                                        lightmesh_cache_cell.corner.y + (k >> 1)),
+                                                  axis);
+        first = second;
+        second = lightmesh_cache_lattice_point(index, level);
     }
-    return lightmesh_cache_is_open(ends[0], ends[1], lightmesh_cache_cell.lacks);
+    return lightmesh_cache_is_open(first, second, lightmesh_cache_cell.lacks);
 }
 
 // Which neighbouring columns have a free segment between them: 0-1 and 2-3 along u, 0-2 and 1-3 along v. By the links
 // and the lattice indices of the records.
 void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
-    uint links = 0u, untraced = 0u;
-    for (int i = 0; i < 4; ++i) {
-        int from = i == 0 ? 0 : i == 2 ? 0 : i == 1 ? 2 : 1, to = from + (i < 2 ? 1 : 2);
-        int rise = ends[to] - ends[from];
-        if (rise < -1 || rise > 1)
-            continue;
-        uint of_rise = kept[from] >> (16 + (i < 2 ? 0 : 3) + rise + 1);
-        links |= ((of_rise >> 6) & of_rise & 1u) << i;
-        untraced |= (~of_rise & 1u) << i;
-    }
+    ivec4 rise = ends.ywzw - ends.xzxy;
+    uvec4 is_near = uvec4(lessThanEqual(abs(rise), ivec4(1)));
+    uvec4 of_rise = kept.xzxy >> uvec4(clamp(rise, -1, 1) + ivec4(17, 17, 20, 20));
+    uint links = lightmesh_cache_bits(of_rise >> 6 & of_rise & is_near),
+         untraced = lightmesh_cache_bits(~of_rise & is_near);
     while (untraced != 0u) {
         int i = findLSB(untraced);
         untraced &= untraced - 1u;
@@ -963,11 +1096,6 @@ void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
         links |= is_open ? 1u << i : 0u;
     }
     lightmesh_cache_cell.links = links;
-}
-
-bool lightmesh_cache_is_same(vec3 a, vec3 b) {
-    precise vec3 d = abs(a - b);
-    return d.x < 1e-4 && d.y < 1e-4 && d.z < 1e-4;
 }
 
 // How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them. In doubles.
@@ -1004,23 +1132,30 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
     return uint(share) | (is_suspect ? 512u : 0u);
 }
 
-// The same by floats; 1024 more where those can't tell.
-uint lightmesh_cache_fit(vec3 offset, vec3 normal, LightMeshCachePoint at, vec4 limits) {
-    vec3 to_point = offset * at.normal, to_record = offset * normal, between = normal * at.normal;
-    float before = to_point.x + to_point.y + to_point.z, before_record = to_record.x + to_record.y + to_record.z,
-          cosine = between.x + between.y + between.z;
-    vec3 slack = 5e-7 * vec3(abs(to_point.x) + abs(to_point.y) + abs(to_point.z),
-                             abs(to_record.x) + abs(to_record.y) + abs(to_record.z),
-                             abs(between.x) + abs(between.y) + abs(between.z)) + 1e-36;
-    vec2 parts = vec2((limits.x - abs(before)) * limits.y, (cosine - 0.65) * 10.0);
-    vec2 unsure = vec2((slack.x + 3e-7 * (limits.x + abs(before))) * limits.y, 10.0 * (slack.z + 1e-6));
-    ivec2 least = ivec2(256.0 * clamp(parts - unsure, 0.0, 1.0)), most = ivec2(256.0 * clamp(parts + unsure, 0.0, 1.0));
-    bool is_sure = least == most || most.x == 0 || most.y == 0;
-    float over = before - limits.z, over_record = before_record - limits.z;
-    float loss = slack.x + 3e-7 * limits.z, loss_record = slack.y + 3e-7 * limits.z;
-    bool is_surely_not = over < -loss || over_record < -loss_record, is_suspect = over > loss && over_record > loss_record;
-    return uint(most.x * most.y >> 8) | (is_suspect ? 512u : 0u) |
-           (is_sure && (is_suspect || is_surely_not) ? 0u : 1024u);
+// The same of four records by floats, and 1024 more where those can't tell. `limits`: how near records fit, how fast
+// that ends, and from where on something may lie between.
+uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normals, vec3 normal, vec3 limits) {
+    LightMeshCacheFour n = lightmesh_cache_four(normal);
+    vec4 before = lightmesh_cache_dots(offsets, n), before_record = lightmesh_cache_dots(offsets, normals),
+         cosine = lightmesh_cache_dots(normals, n);
+    vec4 x = abs(offsets.x), y = abs(offsets.y), z = abs(offsets.z);
+    vec4 slack = 5e-7 * (x * abs(n.x) + y * abs(n.y) + z * abs(n.z)) + 1e-36,
+         record_slack = 5e-7 * (x * abs(normals.x) + y * abs(normals.y) + z * abs(normals.z)) + 1e-36;
+    vec4 height = (limits.x - abs(before)) * limits.y, slope = cosine * 10.0 - 6.5;
+    vec4 unsure = (slack + 3e-7 * (limits.x + abs(before))) * limits.y;
+    const float unsure_slope = 3e-5;
+    ivec4 least = ivec4(256.0 * clamp(height - unsure, 0.0, 1.0)),
+          most = ivec4(256.0 * clamp(height + unsure, 0.0, 1.0)),
+          least_slope = ivec4(256.0 * clamp(slope - unsure_slope, 0.0, 1.0)),
+          most_slope = ivec4(256.0 * clamp(slope + unsure_slope, 0.0, 1.0));
+    uvec4 is_sure = (uvec4(equal(least, most)) & uvec4(equal(least_slope, most_slope))) |
+                    uvec4(equal(min(most, most_slope), ivec4(0)));
+    vec4 over = before - limits.z, record_over = before_record - limits.z;
+    slack += 3e-7 * limits.z;
+    record_slack += 3e-7 * limits.z;
+    uvec4 is_surely_not = uvec4(lessThan(over, -slack)) | uvec4(lessThan(record_over, -record_slack)),
+          is_suspect = uvec4(greaterThan(over, slack)) & uvec4(greaterThan(record_over, record_slack));
+    return uvec4(most * most_slope >> 8) | is_suspect << 9 | (1u - (is_sure & (is_suspect | is_surely_not))) << 10;
 }
 
 // Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
@@ -1030,13 +1165,13 @@ uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint
     vec3 end = lightmesh_cache_off_surface(at.position, at.normal, level);
     uint seen = 0u;
     bool is_any_open = false;
-    uint order = 0u;  // which is the n-th heaviest: four bits each
-    for (int i = 0; i < 4; ++i) {
-        int heavier = 0;
-        for (int other = 0; other < 4; ++other)
-            heavier += weights[other] > weights[i] || (weights[other] == weights[i] && other < i) ? 1 : 0;
-        order |= uint(i) << (4 * heavier);
-    }
+    // Which is the n-th heaviest, four bits each: how many are heavier than each, or as heavy and before it.
+    uvec3 than_first = uvec3(greaterThan(weights.yzw, weights.xxx)),
+          than_second = uvec3(greaterThan(weights.zww, weights.yyz));
+    uvec4 heavier = uvec4(than_first.x + than_first.y + than_first.z, 1u - than_first.x + than_second.x + than_second.y,
+                          2u - than_first.y - than_second.x + than_second.z,
+                          3u - than_first.z - than_second.y - than_second.z);
+    uint order = 1u << (4u * heavier.y) | 2u << (4u * heavier.z) | 3u << (4u * heavier.w);
     for (int turn = 0; turn < 1 + lightmesh_cache_three(); ++turn) {
         int k = int(order >> (4 * turn)) & 3;
         bool is_suspect = ((suspect >> k) & 1u) != 0u;
@@ -1056,33 +1191,32 @@ uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint
     return seen;
 }
 
-// Of 2^15 what a weight of a sum is, rounded down; below 2^27.
-uint lightmesh_cache_part_of(uint weight, uint sum) {
-    uint part = uint(float(weight) / float(sum) * 32768.0);
-    int rest = int((weight << 15) - part * sum);
-    return rest < 0 ? part - 1u : rest >= int(sum) ? part + 1u : part;
+// Of 2^15 what weights of a sum are, rounded down; below 2^27.
+uvec4 lightmesh_cache_parts_of(uvec4 weights, uint sum) {
+    uvec4 parts = uvec4(vec4(weights) / float(sum) * 32768.0);
+    ivec4 rest = ivec4((weights << 15) - parts * sum);
+    return parts + uvec4(greaterThanEqual(rest, ivec4(int(sum)))) - uvec4(lessThan(rest, ivec4(0)));
 }
 
 // Makes the weights sum to 2^15; so far they have any sum, below 2^27. The rest is the heaviest one's, the first of
-// those.
+// those: of each corner the record on a surface, and then the one in the air.
 void lightmesh_cache_set_weights() {
     uvec4 on = lightmesh_cache_cell.weights, above = lightmesh_cache_cell.air_weights;
     uvec4 both = on + above, most = max(on, above);
     uint sum = both.x + both.y + both.z + both.w;
     uint greatest = max(max(most.x, most.y), max(most.z, most.w));
-    uint rest = 32768u;
-    bool is_open = true;
-    for (int k = 0; k < 4; ++k) {
-        lightmesh_cache_cell.weights[k] = lightmesh_cache_part_of(on[k], sum);
-        lightmesh_cache_cell.air_weights[k] = lightmesh_cache_part_of(above[k], sum);
-        rest -= lightmesh_cache_cell.weights[k] + lightmesh_cache_cell.air_weights[k];
-    }
-    for (int k = 0; k < 4; ++k) {
-        lightmesh_cache_cell.weights[k] += is_open && on[k] == greatest ? rest : 0u;
-        is_open = is_open && on[k] != greatest;
-        lightmesh_cache_cell.air_weights[k] += is_open && above[k] == greatest ? rest : 0u;
-        is_open = is_open && above[k] != greatest;
-    }
+    uint heaviest = lightmesh_cache_bits(uvec4(equal(on, uvec4(greatest)))) |
+                    lightmesh_cache_bits(uvec4(equal(above, uvec4(greatest)))) << 4;
+    // As bits in that order.
+    heaviest = (heaviest & 1u) | (heaviest & 2u) << 1 | (heaviest & 4u) << 2 | (heaviest & 8u) << 3 |
+               (heaviest & 16u) >> 3 | (heaviest & 32u) >> 2 | (heaviest & 64u) >> 1 | (heaviest & 128u);
+    heaviest &= ~(heaviest - 1u);
+    on = lightmesh_cache_parts_of(on, sum);
+    above = lightmesh_cache_parts_of(above, sum);
+    both = on + above;
+    uint rest = 32768u - (both.x + both.y + both.z + both.w);
+    lightmesh_cache_cell.weights = on + rest * uvec4(equal(uvec4(heaviest), uvec4(1u, 4u, 16u, 64u)));
+    lightmesh_cache_cell.air_weights = above + rest * uvec4(equal(uvec4(heaviest), uvec4(2u, 8u, 32u, 128u)));
 }
 
 uint lightmesh_cache_first_of(uvec4 some) {
@@ -1109,37 +1243,39 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         lightmesh_cache_cell.lacks = lightmesh_cache_lacks_values;
         return;
     }
-    vec3 offsets[4], normals[4];
-    uvec4 links;
-    ivec4 ends;
-    uint on_surface = 0u;
-    vec3 position = vec3(0.0);
-    for (int k = 0; k < 4; ++k) {
-        uvec4 first = lightmesh_cache_records[records[k]], more = lightmesh_cache_records[records[k] + 1u];
-        if (k == 0)
-            position = uintBitsToFloat(first.xyz);
-        offsets[k] = uintBitsToFloat(first.xyz);
-        normals[k] = lightmesh_cache_normal_of(first.w, more);
-        links[k] = more.x;
-        ends[k] = int(more.y) >> 1;
-        on_surface |= (more.y & 1u) << k;
-    }
-    lightmesh_cache_find_links(links, ends, axis, level);
+    uvec4 x = lightmesh_cache_records[records.x], y = lightmesh_cache_records[records.y],
+          z = lightmesh_cache_records[records.z], w = lightmesh_cache_records[records.w];
+    uvec4 more_x = lightmesh_cache_records[records.x + 1u], more_y = lightmesh_cache_records[records.y + 1u],
+          more_z = lightmesh_cache_records[records.z + 1u], more_w = lightmesh_cache_records[records.w + 1u];
+    uvec4 places = uvec4(more_x.y, more_y.y, more_z.y, more_w.y), links = uvec4(more_x.x, more_y.x, more_z.x, more_w.x);
+    uvec4 is_on_surface = places & 1u;
+    uint on_surface = lightmesh_cache_bits(is_on_surface);
+    lightmesh_cache_find_links(links, ivec4(places) >> 1, axis, level);
     if (lightmesh_cache_cell.lacks != 0u)
         return;
+    LightMeshCacheFour positions = LightMeshCacheFour(
+        uintBitsToFloat(uvec4(x.x, y.x, z.x, w.x)), uintBitsToFloat(uvec4(x.y, y.y, z.y, w.y)),
+        uintBitsToFloat(uvec4(x.z, y.z, z.z, w.z)));
+    uvec4 xy = uvec4(x.w, y.w, z.w, w.w);
+    LightMeshCacheFour normals = LightMeshCacheFour(lightmesh_cache_unit_floats(ivec4(xy << 16) >> 16),
+                                                    lightmesh_cache_unit_floats(ivec4(xy) >> 16),
+                                                    lightmesh_cache_unit_floats(ivec4(links << 16) >> 16));
     // Whether all four records fit the point without further questions.
-    bool is_flat = lightmesh_cache_cell.links == 15u && on_surface == 15u &&
-                   lightmesh_cache_is_same(at.normal, normals[0]);
+    vec3 normal = vec3(normals.x.x, normals.y.x, normals.z.x);
+    LightMeshCacheFour turns = lightmesh_cache_differences(normals, lightmesh_cache_four(normal));
+    // The first one from the point's.
+    turns.x.x = at.normal.x - normal.x;
+    turns.y.x = at.normal.y - normal.y;
+    turns.z.x = at.normal.z - normal.z;
+    vec4 turned = max(max(abs(turns.x), abs(turns.y)), abs(turns.z));
     vec2 floats = lightmesh_cache_level_floats(level);
-    float farthest = 0.0;
-    for (int k = 1; k < 4; ++k) {
-        is_flat = is_flat && lightmesh_cache_is_same(normals[k], normals[0]);
-        precise vec3 offset = offsets[k] - position;
-        farthest = max(farthest, abs(lightmesh_cache_dot(normals[0], offset)));
-    }
-    precise float slack = floats.x - farthest;
+    vec3 position = vec3(positions.x.x, positions.y.x, positions.z.x);
+    vec4 farther = abs(lightmesh_cache_dots(
+        lightmesh_cache_four(normal), lightmesh_cache_differences(positions, lightmesh_cache_four(position))));
+    precise float slack = floats.x - max(max(farther.y, farther.z), farther.w);
     precise vec3 from_first = at.position - position;
-    is_flat = is_flat && abs(lightmesh_cache_dot(normals[0], from_first)) < slack;
+    bool is_flat = lightmesh_cache_cell.links == 15u && on_surface == 15u && all(lessThan(turned, vec4(1e-4))) &&
+                   abs(lightmesh_cache_dot(normal, from_first)) < slack;
 
     ivec2 uv = lightmesh_cache_cell.at;
     int product = int(uint(uv.x) * uint(uv.y) >> 15);
@@ -1149,20 +1285,14 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     lightmesh_cache_cell.has_taps = lightmesh_cache_cell.has_surface_taps = true;
     if (is_flat)
         return;
-    vec4 limits = vec4(lightmesh_double_to_float(lightmesh_cache_level_near(level)),
+    vec3 limits = vec3(lightmesh_double_to_float(lightmesh_cache_level_near(level)),
                        lightmesh_double_to_float(lightmesh_cache_level_per_fifth(level)),
                        lightmesh_double_to_float(lightmesh_cache_level_least(level)) +
-                           lightmesh_cache_largest(at.position) * uintBitsToFloat(0x35000000u),  // 2^-21
-                       0.0);
-    ivec4 fits;
-    uint suspect = 0u, unsure = 0u;
-    for (int k = 0; k < 4; ++k) {
-        precise vec3 offset = offsets[k] - at.position;
-        uint fit = (on_surface >> k & 1u) != 0u ? lightmesh_cache_fit(offset, normals[k], at, limits) : 0u;
-        fits[k] = int(fit & 511u);
-        suspect |= (fit >> 9 & 1u) << k;
-        unsure |= fit >> 10 << k;
-    }
+                           lightmesh_cache_largest(at.position) * uintBitsToFloat(0x35000000u));  // 2^-21
+    LightMeshCacheFour offsets = lightmesh_cache_differences(positions, lightmesh_cache_four(at.position));
+    uvec4 found = lightmesh_cache_fits(offsets, normals, at.normal, limits) * is_on_surface;
+    ivec4 fits = ivec4(found & 511u);
+    uint suspect = lightmesh_cache_bits(found >> 9), unsure = lightmesh_cache_bits(found >> 10);
     while (unsure != 0u) {
         int k = findLSB(unsure);
         unsure &= unsure - 1u;
@@ -1170,7 +1300,8 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         precise vec3 offset = lightmesh_cache_record_position(record) - at.position;
         uint fit = lightmesh_cache_fit_exactly(offset, lightmesh_cache_record_normal(record), at, level);
         int share = int(fit & 511u);
-        fits = ivec4(k == 0 ? share : fits.x, k == 1 ? share : fits.y, k == 2 ? share : fits.z, k == 3 ? share : fits.w);
+        fits = ivec4(k == 0 ? share : fits.x, k == 1 ? share : fits.y, k == 2 ? share : fits.z,
+                     k == 3 ? share : fits.w);
         suspect = (suspect & ~(1u << k)) | fit >> 9 << k;
     }
     uint seen = 15u;
@@ -1200,14 +1331,13 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
           air_weights = is_seen * 3u * (uvec4(weights) + 1u) * uvec4(256 - fits);
     ivec4 parts = ivec4(is_seen) * (weights * fits >> 8);
     int served = parts.x + parts.y + parts.z + parts.w;
-    uvec4 air = uvec4(0u);
-    if (any(notEqual(air_weights, uvec4(0u)))) {
-        air = lightmesh_cache_find_records(axis, 6u + uint(facing), level);
-        if (any(equal(air * uvec4(notEqual(air_weights, uvec4(0u))) | uvec4(equal(air_weights, uvec4(0u))), uvec4(0u)))) {
+    uvec4 air = uvec4(0u), in_air = uvec4(notEqual(air_weights, uvec4(0u)));
+    if (in_air != uvec4(0u)) {
+        air = lightmesh_cache_find_records(axis, 6u + uint(facing), level) * in_air;
+        if (uvec4(notEqual(air, uvec4(0u))) != in_air) {
             lightmesh_cache_cell.lacks |= lightmesh_cache_lacks_values;
             return;
         }
-        air *= uvec4(notEqual(air_weights, uvec4(0u)));
     }
     records *= uvec4(notEqual(on_weights, uvec4(0u)));
     uint any_record = lightmesh_cache_first_of(records), any_air = lightmesh_cache_first_of(air);
@@ -1256,12 +1386,11 @@ bool lightmesh_cache_is_cut(uint light, vec3 position, vec3 normal) {
                   1e-13 * far + 1e-36;
     if (abs(over) > bound)
         return over < 0.0;
-    uvec2 extent = is_rectangle ? uvec2(0u) : second.zw;
-    uvec2 height;
-    for (int i = is_rectangle ? 0 : 2; i < 3; ++i) {
+    uvec2 extent = is_rectangle ? uvec2(0u) : second.zw, height = uvec2(0u);
+    for (int i = is_rectangle ? 0 : 2; i < lightmesh_cache_three(); ++i) {
         LightMeshCacheDoubles along = lightmesh_cache_doubles(i == 0 ? half_u : i == 1 ? half_v : at);
-        for (int axis = 0; axis < 3 && i == 2 && !is_directional; ++axis)
-            along.x[axis] = lightmesh_double_subtract(along.x[axis], lightmesh_double_of(position[axis]));
+        if (i == 2 && !is_directional)
+            along = lightmesh_cache_double_differences(along, lightmesh_cache_doubles(position));
         height = lightmesh_cache_double_dot(along, lightmesh_cache_doubles(normal));
         if (i < 2)
             extent = lightmesh_double_add(extent, lightmesh_double_abs(height));
@@ -1274,14 +1403,22 @@ uvec2 lightmesh_cache_to_float_precision(uvec2 a) {
 }
 
 // Whether some part of the lamp may be nearer to the point's tangent plane, or farther below it, than an angle of
-// which the squared sine is given.
+// which the squared sine is given. In floats where those are sure, else in doubles.
 bool lightmesh_cache_is_grazing(uint light, LightMeshCachePoint point, float sine_squared) {
     uvec4 first = lightmesh_cache_light(light, 0u);
+    uvec2 extent = lightmesh_cache_light(light, 1u).zw;
     vec3 at = uintBitsToFloat(first.xyz);
-    precise vec3 offset = (first.w & lightmesh_cache_directional) != 0u ? at : at - point.position;
+    precise vec3 offset = at - ((first.w & lightmesh_cache_directional) != 0u ? vec3(0.0) : point.position);
+    float size = lightmesh_double_to_float(extent), over = dot(offset, point.normal) - size;
+    float slack = 1e-6 * (dot(abs(offset), abs(point.normal)) + size) + 1e-30;
+    if (over < -slack)
+        return true;
+    float square = over * over, limit = sine_squared * dot(offset, offset);
+    if (over > slack && abs(square - limit) > 3.0 * over * slack + 2e-6 * (square + limit) + 1e-30)
+        return square < limit;
     LightMeshCacheDoubles w = lightmesh_cache_doubles(offset);
-    uvec2 height = lightmesh_cache_to_float_precision(lightmesh_double_subtract(
-        lightmesh_cache_double_dot(w, lightmesh_cache_doubles(point.normal)), lightmesh_cache_light(light, 1u).zw));
+    uvec2 height = lightmesh_cache_to_float_precision(
+        lightmesh_double_subtract(lightmesh_cache_double_dot(w, lightmesh_cache_doubles(point.normal)), extent));
     if (lightmesh_double_less(height, uvec2(0u)))
         return true;
     uvec2 squared = lightmesh_cache_to_float_precision(lightmesh_cache_double_dot(w, w));
@@ -1299,8 +1436,21 @@ uint lightmesh_cache_tap(int n) {
 // the smooth surface does.
 uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
     float sine_squared = 0.0;
-    uvec2 cut = uvec2(0u);
-    for (int k = -1; k < (lightmesh_cache_cell.has_air_taps ? 8 : 4); ++k) {
+    int taps = lightmesh_cache_cell.has_air_taps ? 8 : 4;
+    for (int k = 0; k < taps; ++k) {
+        vec3 normal = lightmesh_cache_record_normal(lightmesh_cache_tap(k));
+        precise float cosine = lightmesh_cache_dot(at.normal, normal);
+        precise float squared = 1.0 - cosine * cosine;
+        sine_squared = lightmesh_cache_is_zero(normal) ? sine_squared : max(sine_squared, squared);
+    }
+    precise float limit = uintBitsToFloat(0x3f8147aeu) * sine_squared + uintBitsToFloat(0x358637bdu);  // 1.01, 1e-6
+    // Of most points no light grazes the surface so.
+    uvec2 grazing = uvec2(0u), bent = uvec2(0u);
+    uint count = lightmesh_cache_tile_size(tile);
+    for (uint l = 0u; l < count; ++l)
+        if (lightmesh_cache_has(lights, l) && lightmesh_cache_is_grazing(64u * tile + l, at, limit))
+            lightmesh_cache_add(grazing, l);
+    for (int k = -1; k < taps && grazing != bent; ++k) {
         vec3 position = at.position, normal = at.normal;
         if (k >= 0) {
             position = lightmesh_cache_record_position(lightmesh_cache_tap(k));
@@ -1308,20 +1458,10 @@ uvec2 lightmesh_cache_bent(LightMeshCachePoint at, uint tile, uvec2 lights) {
         }
         if (lightmesh_cache_is_zero(normal))
             continue;
-        if (k >= 0) {
-            precise float cosine = lightmesh_cache_dot(at.normal, normal);
-            precise float squared = 1.0 - cosine * cosine;
-            sine_squared = max(sine_squared, squared);
-        }
-        for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
-            if (lightmesh_cache_has(lights & ~cut, l) && lightmesh_cache_is_cut(64u * tile + l, position, normal))
-                lightmesh_cache_add(cut, l);
+        for (uint l = 0u; l < count; ++l)
+            if (lightmesh_cache_has(grazing & ~bent, l) && lightmesh_cache_is_cut(64u * tile + l, position, normal))
+                lightmesh_cache_add(bent, l);
     }
-    precise float limit = uintBitsToFloat(0x3f8147aeu) * sine_squared + uintBitsToFloat(0x358637bdu);  // 1.01, 1e-6
-    uvec2 bent = uvec2(0u);
-    for (uint l = 0u; l < lightmesh_cache_tile_size(tile); ++l)
-        if (lightmesh_cache_has(cut, l) && lightmesh_cache_is_grazing(64u * tile + l, at, limit))
-            lightmesh_cache_add(bent, l);
     return bent;
 }
 
@@ -1353,75 +1493,94 @@ struct LightMeshCacheLevel {
     bool has_shafts;  // whether rows of records on surfaces are shaft rows
 };
 
-// A word of what taps say of four lights: adds its share to the value and tells whether all taps say the same, and
-// whether any says anything.
-void lightmesh_cache_take(uint word, uint weight, uint first, inout uvec4 value, inout uint apart, inout uint any_seen) {
-    value += weight * lightmesh_cache_bytes(word);
-    apart |= word ^ first;
-    any_seen |= word;
+// What four taps' words say: of how each differs from another one, and their weighed sums, and how far the farthest is
+// from a value, weighed.
+uint lightmesh_cache_differing(uvec4 words, uint other) {
+    return words.x ^ other | words.y ^ other | words.z ^ other | words.w ^ other;
 }
-
+uvec4 lightmesh_cache_weighed(uvec4 words, uvec4 weights) {
+    return weights.x * lightmesh_cache_bytes(words.x) + weights.y * lightmesh_cache_bytes(words.y) +
+           weights.z * lightmesh_cache_bytes(words.z) + weights.w * lightmesh_cache_bytes(words.w);
+}
 uvec4 lightmesh_cache_apart(uint word, uint weight, uvec4 value) {
-    return uvec4(abs(ivec4(lightmesh_cache_bytes(word) << 8) - ivec4(value))) * min(4u * weight, 32768u);
+    return uvec4(abs(ivec4(lightmesh_cache_bytes(word) << 8) - ivec4(value))) * weight;
+}
+uvec4 lightmesh_cache_farthest(uvec4 words, uvec4 weights, uvec4 value) {
+    uvec4 by = min(4u * weights, 32768u);
+    return max(max(lightmesh_cache_apart(words.x, by.x, value), lightmesh_cache_apart(words.y, by.y, value)),
+               max(lightmesh_cache_apart(words.z, by.z, value), lightmesh_cache_apart(words.w, by.w, value)));
+}
+uvec4 lightmesh_cache_least(uvec4 words) {
+    return min(min(lightmesh_cache_bytes(words.x), lightmesh_cache_bytes(words.y)),
+               min(lightmesh_cache_bytes(words.z), lightmesh_cache_bytes(words.w)));
+}
+uvec4 lightmesh_cache_greatest(uvec4 words) {
+    return max(max(lightmesh_cache_bytes(words.x), lightmesh_cache_bytes(words.y)),
+               max(lightmesh_cache_bytes(words.z), lightmesh_cache_bytes(words.w)));
+}
+void lightmesh_cache_read_shaft_of(inout uint word, uint weight, inout uvec4 missed) {
+    uint misses = lightmesh_cache_read_shaft(word);
+    if (misses != 0u)
+        missed = max(missed, lightmesh_cache_bytes(misses) * min(8u * weight, 32768u));
 }
 
-// Adds what a level's records say of four lights: what `blend_level` of the library's kernels does. Words of the records
-// on surfaces, of those in the air, and of the probe.
+// Adds what a level's records say of four lights: what `blend_level` of the library's kernels does. Words of the
+// records on surfaces, of those in the air, and of the probe. `asked`: 255 in the bytes of lights of which something is
+// left.
 void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uvec4 words, uvec4 air_words, uint probe_word,
-                           LightMeshCacheLevel level) {
-    uvec4 weights = lightmesh_cache_cell.weights, air_weights = lightmesh_cache_cell.air_weights;
+                           uint asked, LightMeshCacheLevel level) {
     uvec4 missed = uvec4(0u);
-    if (level.has_shafts)
-        for (int k = 0; k < 4; ++k) {
-            uint word = words[k], misses = lightmesh_cache_read_shaft(word);
-            words[k] = word;
-            if (misses != 0u)
-                missed = max(missed, lightmesh_cache_bytes(misses) * min(8u * weights[k], 32768u));
-        }
-    uvec4 value = uvec4(0u);
-    uint apart = 0u, any_seen = 0u;
-    for (int k = 0; k < 4; ++k)
-        lightmesh_cache_take(words[k], weights[k], words.x, value, apart, any_seen);
+    if (level.has_shafts) {
+        uvec4 weights = lightmesh_cache_cell.weights;
+        lightmesh_cache_read_shaft_of(words.x, weights.x, missed);
+        lightmesh_cache_read_shaft_of(words.y, weights.y, missed);
+        lightmesh_cache_read_shaft_of(words.z, weights.z, missed);
+        lightmesh_cache_read_shaft_of(words.w, weights.w, missed);
+    }
+    uint apart = lightmesh_cache_differing(words, words.x);
     if (lightmesh_cache_cell.has_air_taps)
-        for (int k = 0; k < 4; ++k)
-            lightmesh_cache_take(air_words[k], air_weights[k], words.x, value, apart, any_seen);
-    value = (value + 64u) >> 7;
-    if (level.is_last) {
+        apart |= lightmesh_cache_differing(air_words, words.x);
+    apart &= asked;
+    uint missing = lightmesh_cache_cell.missing;
+    uvec4 value = lightmesh_cache_bytes(words.x) << 8;
+    if (apart != 0u) {
+        value = lightmesh_cache_weighed(words, lightmesh_cache_cell.weights);
+        if (lightmesh_cache_cell.has_air_taps)
+            value += lightmesh_cache_weighed(air_words, lightmesh_cache_cell.air_weights);
+        value = (value + 64u) >> 7;
+    }
+    // Nothing is left for finer levels, also where all say the same, and a probe does.
+    uint differing = apart | missing | level.force | missed.x | missed.y | missed.z | missed.w;
+    if (level.window != 0u)
+        differing |= (probe_word ^ words.x) & asked;
+    if (level.is_last || differing == 0u) {
         found += left * value;
         left = uvec4(0u);
         return;
     }
     uvec4 beta = missed;
     if (apart != 0u) {
-        uvec4 spread = uvec4(0u);
-        for (int k = 0; k < 4; ++k)
-            spread = max(spread, lightmesh_cache_apart(words[k], weights[k], value));
+        uvec4 spread = lightmesh_cache_farthest(words, lightmesh_cache_cell.weights, value);
         if (lightmesh_cache_cell.has_air_taps)
-            for (int k = 0; k < 4; ++k)
-                spread = max(spread, lightmesh_cache_apart(air_words[k], air_weights[k], value));
+            spread = max(spread, lightmesh_cache_farthest(air_words, lightmesh_cache_cell.air_weights, value));
         uvec4 twice = min(2u * value, uvec4(65280u));
         spread = (spread >> 15) * (512u - (twice >> 8)) >> 8;
         uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
         beta = max((t * t >> 15) * (98304u - 2u * t) >> 15, missed);
     }
-    if (level.window != 0u) {
-        uvec4 least = uvec4(255u), greatest = uvec4(0u);
-        for (int k = 0; k < 4; ++k) {
-            uvec4 bytes = lightmesh_cache_bytes(words[k]), air_bytes = bytes;
-            if (lightmesh_cache_cell.has_air_taps)
-                air_bytes = lightmesh_cache_bytes(air_words[k]);
-            least = min(least, min(bytes, air_bytes));
-            greatest = max(greatest, max(bytes, air_bytes));
+    if ((level.window | missing) != 0u) {
+        uvec4 least = lightmesh_cache_least(words), greatest = lightmesh_cache_greatest(words);
+        if (lightmesh_cache_cell.has_air_taps) {
+            least = min(least, lightmesh_cache_least(air_words));
+            greatest = max(greatest, lightmesh_cache_greatest(air_words));
         }
         uvec4 probe = lightmesh_cache_bytes(probe_word);
         uvec4 is_missed = (uvec4(equal(probe, uvec4(0u))) & uvec4(greaterThan(least, uvec4(153u)))) |
                           (uvec4(equal(probe, uvec4(255u))) & uvec4(lessThan(greatest, uvec4(102u)))) |
                           (uvec4(equal(probe, uvec4(127u))) &
                            (uvec4(equal(least, uvec4(255u))) | uvec4(equal(greatest, uvec4(0u)))));
-        beta = max(beta, is_missed * level.window);
+        beta = max(beta, max(is_missed * level.window, uvec4(greaterThan(greatest, uvec4(0u))) * missing));
     }
-    if (lightmesh_cache_cell.missing != 0u)
-        beta = max(beta, uvec4(notEqual(lightmesh_cache_bytes(any_seen), uvec4(0u))) * lightmesh_cache_cell.missing);
     beta = max(beta, uvec4(level.force));
     beta = beta * (level.fade >> 1) >> 14;
     uvec4 rest = left * beta >> 15;
@@ -1443,8 +1602,8 @@ uint lightmesh_cache_mask(uvec4 lanes) {
 // What is left for finer levels, of 2^15: 16 bits for each light.
 uvec2 lightmesh_cache_left[16];
 
-// Finds S of lights along one facing, as 2^23 * 255 for 1, in the turn's part of lightmesh_cache_values. Those for which
-// something is lacking come back.
+// Finds S of lights along one facing, as 2^23 * 255 for 1, in the turn's part of lightmesh_cache_values. Those for
+// which something is lacking come back.
 uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint tile, uvec2 lights,
                                  uvec2 smooth_lights) {
     uvec2 unknown = uvec2(0u);
@@ -1493,22 +1652,12 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
             if (how.window != 0u)
                 known = probe_row.zw;
         }
-        // Of each tap's tile the first octet, and of all which there are.
-        uvec4 firsts = uvec4(0u), air_firsts = uvec4(0u);
-        uint octets = 0u, air_octets = 0u;
-        for (int k = 0; k < 4; ++k) {
-            uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.taps[k], tile);
-            firsts[k] = row.y;
-            octets |= row.x >> 24 << (8 * k);
-            known &= row.zw;
+        LightMeshCacheRows rows = lightmesh_cache_rows_of(lightmesh_cache_cell.taps, tile), air_rows = rows;
+        known &= rows.known;
+        if (lightmesh_cache_cell.has_air_taps) {
+            air_rows = lightmesh_cache_rows_of(lightmesh_cache_cell.air_taps, tile);
+            known &= air_rows.known;
         }
-        if (lightmesh_cache_cell.has_air_taps)
-            for (int k = 0; k < 4; ++k) {
-                uvec4 row = lightmesh_cache_record_row(lightmesh_cache_cell.air_taps[k], tile);
-                air_firsts[k] = row.y;
-                air_octets |= row.x >> 24 << (8 * k);
-                known &= row.zw;
-            }
         uvec2 lacking = lights & ~known;
         at.lacks |= (lacking.x | lacking.y) != 0u ? lightmesh_cache_lacks_values : 0u;
         unknown |= lacking;
@@ -1516,21 +1665,14 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         lights = uvec2(0u);
         // Octets of lights that are asked for.
         while ((asking.x | asking.y) != 0u) {
-            uint octet = uint(asking.x != 0u ? findLSB(asking.x) : 32 + findLSB(asking.y)) >> 3, shift = 8u * (octet & 3u);
+            uint octet = uint(asking.x != 0u ? findLSB(asking.x) : 32 + findLSB(asking.y)) >> 3;
+            uint shift = 8u * (octet & 3u);
             uint asked = (octet < 4u ? asking.x : asking.y) >> shift & 255u;
             asking &= octet < 4u ? uvec2(~(255u << shift), ~0u) : uvec2(0u, ~(255u << shift));
             uvec4 low_words, high_words, air_low_words = uvec4(0u), air_high_words = uvec4(0u);
-            for (int k = 0; k < 4; ++k) {
-                uvec2 both = lightmesh_cache_row_octet(octets >> (8 * k) & 255u, firsts[k], octet);
-                low_words[k] = both.x;
-                high_words[k] = both.y;
-            }
+            lightmesh_cache_read_octets(rows, octet, low_words, high_words);
             if (lightmesh_cache_cell.has_air_taps)
-                for (int k = 0; k < 4; ++k) {
-                    uvec2 both = lightmesh_cache_row_octet(air_octets >> (8 * k) & 255u, air_firsts[k], octet);
-                    air_low_words[k] = both.x;
-                    air_high_words[k] = both.y;
-                }
+                lightmesh_cache_read_octets(air_rows, octet, air_low_words, air_high_words);
             uvec2 probe_words = uvec2(0u);
             if (how.window != 0u)
                 probe_words = lightmesh_cache_row_octet(probe_row.x >> 24, probe_row.y, octet);
@@ -1548,6 +1690,7 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
                 }
                 lightmesh_cache_blend(found, rest, i == 1 ? low_words : high_words,
                                       i == 1 ? air_low_words : air_high_words, i == 1 ? probe_words.x : probe_words.y,
+                                      lanes.x * 255u | lanes.y * 0xff00u | lanes.z * 0xff0000u | lanes.w * 0xff000000u,
                                       how);
                 lightmesh_cache_values[values_at + word] = found;
                 uint more = lightmesh_cache_mask(rest);
@@ -1624,8 +1767,9 @@ void lightmesh_cache_find(inout LightMeshCachePoint at, uint tile, uvec2 asked, 
         }
         vec4 sums = vec4(0.0);
         if ((low.x | low.y | low.z | low.w | high.x | high.y | high.z | high.w) != 0u)
-            for (int l = 0; l < 4; ++l)
-                sums[l] = lightmesh_cache_share_of_sum(low[l], high[l]);
+            sums = vec4(
+                lightmesh_cache_share_of_sum(low.x, high.x), lightmesh_cache_share_of_sum(low.y, high.y),
+                lightmesh_cache_share_of_sum(low.z, high.z), lightmesh_cache_share_of_sum(low.w, high.w));
         lightmesh_cache_values[k] = floatBitsToUint(sums);
     }
     shares.unknown |= by_rays;

@@ -27,6 +27,7 @@
 #include <span>
 #include <stdexcept>
 #include <unordered_map>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -217,7 +218,8 @@ private:
     static bool has_origins_in_steps(const detail::Lattice& lattice) {
         const int level = detail::Lattice::level_count - 1;
         const glm::dvec3& origin = lattice.origin(level);
-        return (std::max)({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) / lattice.step(level) <
+        return (std::max)({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) /
+                   lattice.step(level) <
                most_steps;
     }
     /// An origin's coordinate in steps, of 2^32, to within one.
@@ -273,7 +275,9 @@ private:
     // ---- records: two words each, then one for each tile of lights of which something is known
 
     static std::uint32_t hash_of(const detail::RecordKey& key) {
-        const auto& w = key.words;
+        return hash_of(Word{key.words[0], key.words[1], key.words[2], 0});
+    }
+    static std::uint32_t hash_of(const Word& w) {
         std::uint32_t hash = w[0] * 0x8da6b343u + w[1] * 0xd8163841u + w[2] * 0xcb1ab31fu;
         hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
         return hash ^ hash >> 13;
@@ -305,6 +309,8 @@ private:
                 records_pool_.give_back(2 * place.at, pairs_of(place.tiles));
             place.at = records_pool_.take(pairs_of(stored.tile_count), words(records)) / 2;
             place.tiles = stored.tile_count;
+            // Shaders read a tile along with the head, also where there is none.
+            words(records).grow(4 * (std::size_t{place.at} + record_head + 1));
         }
         detail::Record record;
         detail::CacheReader::copy(stored, record);
@@ -370,24 +376,36 @@ private:
 
     // ---- slots: keys and where their records stand
 
+    /// Shaders read two at once, and stop where one is free.
+    static constexpr std::size_t spare_slots = 2;
+
     void set_slots(const detail::CacheReader& reader) {
         const std::size_t keys = reader.records().size() + reader.aliases().size();
         if (2 * keys + 2 > std::size_t{1} << 31)
             throw std::length_error("lightmesh: the cache is too large for a shader");
         slot_count_ = (std::max)(slot_count_, std::bit_ceil(2 * keys + 2));
-        std::vector<Word> all(slot_count_);
+        // The slots of keys follow each other in the order of their hashes, which keeps the way to the
+        // farthest one short.
+        std::vector<Word> all(slot_count_ + spare_slots);
+        const auto first_of = [&](const Word& slot) {
+            return hash_of(slot) & (slot_count_ - 1);
+        };
         const auto add = [&](const detail::RecordKey& key, std::uint32_t at) {
-            std::uint32_t hash = hash_of(key);
-            while (all[hash & (slot_count_ - 1)][3] != 0)
-                ++hash;
-            all[hash & (slot_count_ - 1)] = {key.words[0], key.words[1], key.words[2], at};
+            Word slot{key.words[0], key.words[1], key.words[2], at};
+            std::size_t place = first_of(slot);
+            for (; all[place][3] != 0; ++place)
+                if (first_of(all[place]) > first_of(slot))
+                    std::swap(all[place], slot);
+            all[place] = slot;
+            if (place + spare_slots >= all.size())
+                all.resize(place + spare_slots + 1);
         };
         for (const detail::StoredRecord& stored : reader.records())
             add(stored.key, places_.at(stored.key).at);
         for (const detail::StoredAlias& alias : reader.aliases())
             add(alias.key, places_.at(reader.records()[alias.record].key).at);
-        words(slots).grow(4 * slot_count_);
-        for (std::size_t i = 0; i < slot_count_; ++i)
+        words(slots).grow(4 * all.size());
+        for (std::size_t i = 0; i < all.size(); ++i)
             set(slots, i, all[i]);
     }
 
