@@ -24,17 +24,17 @@ void main() {
         LightMeshTile tile = lightmesh_tile(point, t);
 #endif
         uint size = lightmesh_tile_size(t);
-        for (uint four = 0u; 4u * four < size; ++four) {
-            vec4 lit = lightmesh_visibility_of_four(tile, four);
-            for (uint k = 0u; k < 4u && 4u * four + k < size; ++k) {
-                uint l = 4u * four + k;
+        for (uint first = 0u; first < size; first += 4u) {
+            vec4 lit = lightmesh_visibility_of_four(tile, first);
+            for (uint k = 0u; k < 4u && first + k < size; ++k) {
+                uint l = first + k;
                 float of_light = lightmesh_is_missing(tile, l) ? uintBitsToFloat(0x7fc00000u) : lit[k];
                 if (kind == kind_sums) {
                     sum += of_light;
                     continue;
                 }
                 // Both ways to ask are held against the CPU.
-                if ((four & 1u) != 0u && !lightmesh_is_missing(tile, l))
+                if ((first & 4u) != 0u && !lightmesh_is_missing(tile, l))
                     of_light = lightmesh_visibility(tile, l);
                 values[i * lightmesh.light_count + lightmesh_light_at(t, l)] = of_light;
             }

@@ -46,12 +46,12 @@ void main() {
             this_round.is_failed = 1u;
         }
         uint size = lightmesh_tile_size(t);
-        for (uint four = 0u; 4u * four < size; ++four) {
-            vec4 lit = lightmesh_visibility_of_four(tile, four);
+        for (uint first = 0u; first < size; first += 4u) {
+            vec4 lit = lightmesh_visibility_of_four(tile, first);
             for (uint k = 0u; k < 4u; ++k) {
                 if (lit[k] == 0.0)
                     continue;
-                Illumination found = illuminate(read_light(lightmesh_light_at(t, 4u * four + k)), point.position);
+                Illumination found = illuminate(read_light(lightmesh_light_at(t, first + k)), point.position);
                 sum += lit[k] * found.irradiance *
                        reflected_share(material, surface, point.shading_normal, point.ray_direction, found.to_light);
             }

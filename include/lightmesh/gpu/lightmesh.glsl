@@ -17,7 +17,7 @@
 //                 color += light[lightmesh_light_at(t, l)] * lightmesh_visibility(tile, l);
 //     }
 //
-// Four lights at a time cost less: lightmesh_visibility_of_four(tile, l / 4u) is a vec4 of S.
+// Four lights at a time cost less: lightmesh_visibility_of_four(tile, l), l a multiple of four, is a vec4 of S.
 //
 // A point with a footprint (world units; see `SurfacePoint`) is answered by one level of the mesh, or between two:
 //
@@ -1388,20 +1388,20 @@ float lightmesh_visibility(LightMeshTile tile, uint l) {
 }
 
 #if LIGHTMESH_PLANES == 8
-// Of lights 4 four to 4 four + 3, 8 bits each.
-uint lightmesh_counts_of_four(LightMeshTile tile, uint four) {
-    uint shift = 4u * (four & 7u), counts = 0u;
-    uint reaching = (four < 8u ? tile.reaching.x : tile.reaching.y) >> shift;
+// Of four lights from light l on, a multiple of four: 8 bits each.
+uint lightmesh_counts_of_four(LightMeshTile tile, uint l) {
+    uint shift = l & 31u, counts = 0u;
+    uint reaching = (l < 32u ? tile.reaching.x : tile.reaching.y) >> shift;
     for (int k = 0; k < 8; ++k) {
-        uint bits = (four < 8u ? tile.planes[k].x : tile.planes[k].y) >> shift & reaching & 15u;
+        uint bits = (l < 32u ? tile.planes[k].x : tile.planes[k].y) >> shift & reaching & 15u;
         counts |= (bits * 0x00204081u & 0x01010101u) << k;
     }
     return counts;
 }
 #endif
 
-// The same of lights 4 four to 4 four + 3.
-vec4 lightmesh_visibility_of_four(LightMeshTile tile, uint four) {
+// The same of four lights from light l on, a multiple of four.
+vec4 lightmesh_visibility_of_four(LightMeshTile tile, uint l) {
 #if LIGHTMESH_PLANES == 8
     // 1 / m as the sum of two floats, of which the first has 16 bits: its product with a count is exact, and that of
     // the second too small for its error to matter, as no quotient of such numbers is near to the middle of two floats.
@@ -1409,12 +1409,11 @@ vec4 lightmesh_visibility_of_four(LightMeshTile tile, uint four) {
     precise float high = uintBitsToFloat(floatBitsToUint(1.0 / m) & 0xffffff00u);
     precise float rest = 1.0 - m * high;
     precise float low = rest / m;
-    uint counts = lightmesh_counts_of_four(tile, four);
+    uint counts = lightmesh_counts_of_four(tile, l);
     vec4 count = vec4(uvec4(counts & 0xffu, counts >> 8 & 0xffu, counts >> 16 & 0xffu, counts >> 24));
     precise vec4 shares = count * high + count * low;
     return shares;
 #else
-    uint l = 4u * four;
     return vec4(lightmesh_visibility(tile, l), lightmesh_visibility(tile, l + 1u), lightmesh_visibility(tile, l + 2u),
                 lightmesh_visibility(tile, l + 3u));
 #endif
@@ -1489,13 +1488,13 @@ float lightmesh_visibility(LightMeshBlendTile tile, uint l) {
     return lightmesh_blended(fine, lightmesh_visibility(tile.coarse, l), tile.coarser_share);
 }
 
-vec4 lightmesh_visibility_of_four(LightMeshBlendTile tile, uint four) {
-    vec4 fine = lightmesh_visibility_of_four(tile.fine, four);
+vec4 lightmesh_visibility_of_four(LightMeshBlendTile tile, uint l) {
+    vec4 fine = lightmesh_visibility_of_four(tile.fine, l);
     if (!(tile.coarser_share > 0.0))
         return fine;
-    vec4 coarse = lightmesh_visibility_of_four(tile.coarse, four);
-    for (int l = 0; l < 4; ++l)
-        fine[l] = lightmesh_blended(fine[l], coarse[l], tile.coarser_share);
+    vec4 coarse = lightmesh_visibility_of_four(tile.coarse, l);
+    for (int i = 0; i < 4; ++i)
+        fine[i] = lightmesh_blended(fine[i], coarse[i], tile.coarser_share);
     return fine;
 }
 
