@@ -119,20 +119,6 @@ layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 5) buffer Ligh
 
 // ---- floats that round as the CPU's do, where GLSL allows a division or a root some error
 
-// a * b as the sum of two floats. Dekker 1971, "A Floating-Point Technique for Extending the Available
-// Precision".
-vec2 lightmesh_product(float a, float b) {
-    precise float ca = 4097.0 * a;
-    precise float ah = ca - (ca - a);
-    precise float al = a - ah;
-    precise float cb = 4097.0 * b;
-    precise float bh = cb - (cb - b);
-    precise float bl = b - bh;
-    precise float p = a * b;
-    precise float e = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
-    return vec2(p, e);
-}
-
 // a / b, rounded to nearest; for values whose products neither overflow nor underflow.
 float lightmesh_quotient(float a, float b) {
     float q = a / b;
