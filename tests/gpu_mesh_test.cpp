@@ -269,6 +269,21 @@ TEST_CASE("gpu mesh: walls on planes of the grid, and steps that no float is") {
     }
 }
 
+TEST_CASE("gpu mesh: what bricks agree about is known also where other points have found floods") {
+    // Lights of one group of which points reach few: their bricks agree about these, and have no long tests.
+    World world(24, 3000, 0.3f, 2.0f, ShortTest::linked, 31);
+    test::Random random(17);
+    for (std::size_t i = 0; i < world.lights.size(); ++i)
+        world.lights[i] =
+            lightmesh::PointLight{.position = glm::vec3(random.in_box(test::Vec(-1.5), test::Vec(1.5))),
+                                  .range = i % 3 == 0 ? 0.7f : 1e18f};
+    for (std::size_t i = 0; i < world.points.size(); ++i)
+        if (i % 2 == 1)
+            world.points[i] = {.position = world.points[i - 1].position,
+                               .normal = world.points[i - 1].normal + 1.5f * glm::vec3(random.direction())};
+    check_equal(world);
+}
+
 TEST_CASE("gpu mesh: far from the origin, and at any scale") {
     struct Place {
         float offset;

@@ -1198,6 +1198,9 @@ LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uvec2 lights, bool only_
                         uint points = four >> (8u * cell) & 0xffu;
                         four &= ~(0xffu << (8u * cell));
                         left = is_low ? uvec2(four, left.y) : uvec2(0u, four);
+                    // Of lights that are uniform cells know nothing, or the same.
+                    if ((unknown.x | unknown.y) != 0u)
+                        unknown &= uvec2(lightmesh_groups_of(lights & ~known.zw) * 0x01010101u);
                         uvec4 words = lightmesh_bricks[record + (is_low ? 2u : 3u)];
                         lightmesh_add_cell(tile, lightmesh_component(words, cell), points);
                     }
