@@ -284,6 +284,22 @@ TEST_CASE("gpu mesh: what bricks agree about is known also where other points ha
     check_equal(world);
 }
 
+TEST_CASE("gpu mesh: the box of a hemisphere ends where the CPU has it end") {
+    // A light point just beyond the radius, which fixed-point numbers have within it, first of its brick.
+    World world(6, 0, 2.3f, 2.3f, ShortTest::none);
+    world.settings.origin = glm::vec3(0.0f);
+    const double step = 2.3f / static_cast<double>(2.3f);
+    test::Random random(3);
+    for (int i = 0; i < 60; ++i) {
+        const double units = 2.3f * 2048.0 + random.uniform(0.0, 0.1);
+        glm::vec3 p(static_cast<float>(step * (4.0 - units / 2048.0)), static_cast<float>(i % 4),
+                    static_cast<float>(i / 4 % 4 - 2));
+        glm::vec3 n = glm::vec3(random.direction()) + glm::vec3(2.0f, 0.0f, 0.0f);
+        world.points.push_back({.position = p, .normal = n});
+    }
+    check_equal(world);
+}
+
 TEST_CASE("gpu mesh: far from the origin, and at any scale") {
     struct Place {
         float offset;

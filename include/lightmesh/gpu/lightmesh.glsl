@@ -469,7 +469,8 @@ uvec2 lightmesh_exchange(uvec2 bits, uint mask, int by) {
     return bits ^ differ ^ differ << by;
 }
 
-// Light points of three bricks in a row along x, 8 bits a cell as everywhere in the library.
+// Light points of three bricks in a row along x, 8 bits a cell as everywhere in the library. None beyond the box: in
+// fixed point the next brick may seem to be within the radius.
 struct LightMeshMasks {
     uvec2 of[3];
 };
@@ -505,7 +506,8 @@ LightMeshMasks lightmesh_masks(LightMeshHemisphere p, ivec3 brick) {
     for (int i = 0; i < 3; ++i) {
         uvec2 mask = lightmesh_exchange(masks.of[i], 0x0c0c0c0cu, 2);
         mask = lightmesh_exchange(mask, 0x0000f0f0u, 12);
-        masks.of[i] = lightmesh_exchange(mask, 0x0000ff00u, 8);
+        mask = lightmesh_exchange(mask, 0x0000ff00u, 8);
+        masks.of[i] = brick.x + i < p.bricks.x ? mask : uvec2(0u);
     }
     return masks;
 }
@@ -810,7 +812,8 @@ vec3 lightmesh_light_point(int level, ivec3 light_point) {
 bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
     ivec3 d = ((light_point - 4 * p.first) << lightmesh.fraction_bits) - p.position;
     ivec3 squares = d * d, heights = d * p.slope;
-    return squares.x + squares.y + squares.z < lightmesh.radius_squared &&
+    uvec3 brick = uvec3((light_point >> 2) - p.first);
+    return all(lessThan(brick, uvec3(p.bricks))) && squares.x + squares.y + squares.z < lightmesh.radius_squared &&
            heights.x + heights.y + heights.z > p.lowest_height;
 }
 
