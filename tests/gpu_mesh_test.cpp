@@ -300,6 +300,22 @@ TEST_CASE("gpu mesh: the box of a hemisphere ends where the CPU has it end") {
     check_equal(world);
 }
 
+TEST_CASE("gpu mesh: places halfway between two of fixed point") {
+    World world(6, 0, 11.2f, 16.0f, ShortTest::none);
+    world.settings.origin = glm::vec3(0.0f);
+    const double step = static_cast<double>(11.2f) / 16.0;
+    test::Random random(3);
+    for (int i = 0; i < 120; ++i) {
+        const int half = i % 3 == 0 ? 256 << i % 2 : -(i % 40);
+        auto x = static_cast<float>(step * (half - 0.5) / 1024.0);
+        for (int k = 0; k < 2 + i % 5; ++k)
+            x = std::nextafter(x, i % 2 == 0 ? 1.0f : -1.0f);
+        world.points.push_back({.position = {x, 0.3f * static_cast<float>(random.uniform(0.0, 1.0)), 0.1f},
+                                .normal = {0.1f, 0.2f, 1.0f}});
+    }
+    check_equal(world);
+}
+
 TEST_CASE("gpu mesh: far from the origin, and at any scale") {
     struct Place {
         float offset;

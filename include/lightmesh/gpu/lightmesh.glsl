@@ -548,10 +548,12 @@ bool lightmesh_floor_of_sum(float a, float b, float error, out int whole) {
     return part - more > band && part - more < 1.0 - band;
 }
 
-// A coordinate in the grid, in steps, as the sum of two floats, and how far that may be from what `Grid::locate` has:
-// more than a step where floats don't hold what they are made of.
+// A coordinate in the grid, in steps, as the sum of a whole number, a part of 0 to 1 and what is left, and how far that
+// may be from what `Grid::locate` has: more than a step where floats don't hold what they are made of.
 struct LightMeshCoordinate {
-    vec2 at;
+    float whole;
+    float part;
+    float left;
     float error;
 };
 
@@ -570,6 +572,10 @@ LightMeshCoordinate lightmesh_coordinate(int level, int axis, float position) {
     return LightMeshCoordinate(vec2(high, low), is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
 }
 
+    // Between -1 and 0 the part takes a rounding.
+    float whole = floor(high);
+    precise float part = high - whole;
+    precise float left = (high - (whole + part)) + low;
 // Where P lies along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
 // one's first light point on in 2^-f steps.
 struct LightMeshReach {
@@ -585,10 +591,10 @@ bool lightmesh_reach(int level, int axis, float position, out LightMeshReach rea
     float one = uintBitsToFloat((127u + lightmesh.fraction_bits) << 23);
     float base = floor(c.at.x), part = c.at.x - base;
     int low, high, units;
-    bool is_low_clear = lightmesh_floor_of_sum(part + (1.0 - quality), c.at.y, c.error, low);
-    bool is_high_clear = lightmesh_floor_of_sum(part + quality, c.at.y, c.error, high);
-    bool is_clear = lightmesh_floor_of_sum(part * one + 0.5, c.at.y * one, c.error * one, units);
-    int steps = int(base);
+    bool is_low_clear = lightmesh_floor_of_sum(c.part + (1.0 - quality), c.left, c.error, low);
+    bool is_high_clear = lightmesh_floor_of_sum(c.part + quality, c.left, c.error, high);
+    bool is_clear = lightmesh_floor_of_sum(c.part * one, c.left * one + 0.5, c.error * one, units);
+    int steps = int(c.whole);
     reach.first = (steps + low - 1 - int(whole_quality)) >> 2;
     reach.last = (steps + high + int(whole_quality)) >> 2;
     reach.position = ((steps - 4 * reach.first) << lightmesh.fraction_bits) + units;
@@ -864,11 +870,9 @@ struct LightMeshInFront {
 // By floats; false where they can't tell.
 bool lightmesh_in_front(int level, int axis, float position, float ahead, out LightMeshInFront place) {
     LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
-    float base = floor(c.at.x), part = c.at.x - base;
-    precise float sum = part + ahead;
-    precise float in_it = sum - part;
-    precise float lost = (part - (sum - in_it)) + (ahead - in_it);
-    precise float more = lost + c.at.y;
+    precise float sum = c.part + ahead;
+    precise float in_it = sum - c.part;
+    precise float lost = (c.part - (sum - in_it)) + (ahead - in_it);
     float whole = floor(sum);
     float error = 1024.0 * (c.error + abs(more) * 1.2e-7);
     int fraction;
