@@ -316,6 +316,15 @@ TEST_CASE("gpu mesh: places halfway between two of fixed point") {
     check_equal(world);
 }
 
+TEST_CASE("gpu mesh: normals of any length") {
+    for (const ShortTest short_test : {ShortTest::none, ShortTest::linked}) {
+        World world(6, 200, 0.8f, 4.0f, short_test);
+        for (std::size_t i = 0; i < world.points.size(); ++i)
+            world.points[i].normal *= std::array{1e36f, 1e-35f, 3e37f, 1e-20f}[i % 4];
+        check_equal(world);
+    }
+}
+
 TEST_CASE("gpu mesh: far from the origin, and at any scale") {
     struct Place {
         float offset;

@@ -152,6 +152,10 @@ vec3 lightmesh_unit(vec3 v) {
     float largest = lightmesh_largest(v);
     if (!(largest > 0.0))
         return vec3(0.0);
+    // Far from 1 products would overflow, or lose bits: a power of two changes no quotient.
+    float power = uintBitsToFloat((253u - clamp(floatBitsToUint(largest) >> 23, 1u, 252u)) << 23);
+    v *= power;
+    largest *= power;
     vec3 scaled = vec3(lightmesh_quotient(v.x, largest), lightmesh_quotient(v.y, largest),
                        lightmesh_quotient(v.z, largest));
     float inverse = lightmesh_quotient(1.0, lightmesh_root(lightmesh_length_squared(scaled)));
@@ -380,7 +384,7 @@ uvec2 lightmesh_reaching(vec3 P, vec3 n, uint tile) {
     vec3 box_high = uintBitsToFloat(uvec3(low.w, high.xy));
     if (any(lessThan(P, uintBitsToFloat(low.xyz))) || any(greaterThan(P, box_high)))
         return uvec2(0u);
-    float band = 9.5367431640625e-7 * (uintBitsToFloat(high.z) + abs(P.x) + abs(P.y) + abs(P.z));
+    float band = 9.5367431640625e-7 * (uintBitsToFloat(high.z) + abs(P.x) + abs(P.y) + abs(P.z)) + 1e-36;
     uvec2 reaching = uvec2(0u);
     uint size = lightmesh_tile_size(tile);
     uint light = lightmesh_light(64u * tile);
@@ -527,7 +531,7 @@ int lightmesh_lowest_height(int level, float largest) {
     float guess = quotient * scale;
     float whole = floor(guess);
     precise float fraction = (guess - whole) + rest / step * scale;
-    if (guess < 65536.0 && fraction > 1e-5 && fraction < 0.99999)
+    if (step > 1e-20 && guess < 65536.0 && fraction > 1e-5 && fraction < 0.99999)
         return 65536 + int(whole);
     uvec2 rounding = lightmesh_double_of(largest);
     rounding = lightmesh_double_divide(lightmesh_double_scale(rounding, -22), lightmesh.levels[level].step);
@@ -568,14 +572,14 @@ LightMeshCoordinate lightmesh_coordinate(int level, int axis, float position) {
     precise float high = product.x + more;
     precise float low = more - (high - product.x);
     float size = abs(position) + abs(origin);
-    bool is_held = size > 1e-20 && size < 1e18 && inverse_step > 1e-15 && inverse_step < 1e15 && abs(high) < 16777000.0;
-    return LightMeshCoordinate(vec2(high, low), is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
-}
-
     // Between -1 and 0 the part takes a rounding.
     float whole = floor(high);
     precise float part = high - whole;
     precise float left = (high - (whole + part)) + low;
+    bool is_held = size > 1e-20 && size < 1e18 && inverse_step > 1e-15 && inverse_step < 1e15 && abs(high) < 16777000.0;
+    return LightMeshCoordinate(whole, part, left, is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
+}
+
 // Where P lies along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
 // one's first light point on in 2^-f steps.
 struct LightMeshReach {
@@ -589,7 +593,6 @@ bool lightmesh_reach(int level, int axis, float position, out LightMeshReach rea
     LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
     float whole_quality = floor(lightmesh.quality), quality = lightmesh.quality - whole_quality;
     float one = uintBitsToFloat((127u + lightmesh.fraction_bits) << 23);
-    float base = floor(c.at.x), part = c.at.x - base;
     int low, high, units;
     bool is_low_clear = lightmesh_floor_of_sum(c.part + (1.0 - quality), c.left, c.error, low);
     bool is_high_clear = lightmesh_floor_of_sum(c.part + quality, c.left, c.error, high);
@@ -874,10 +877,12 @@ bool lightmesh_in_front(int level, int axis, float position, float ahead, out Li
     precise float in_it = sum - c.part;
     precise float lost = (c.part - (sum - in_it)) + (ahead - in_it);
     float whole = floor(sum);
-    float error = 1024.0 * (c.error + abs(more) * 1.2e-7);
+    precise float part = sum - whole;
+    precise float more = ((sum - (whole + part)) + lost) + c.left;
+    float error = 1024.0 * (c.error + abs(more) * 2.4e-7);
     int fraction;
-    bool is_clear = lightmesh_floor_of_sum((sum - whole) * 1024.0, more * 1024.0, error, fraction);
-    place.low = int(base) + int(whole) + (fraction >> 10);
+    bool is_clear = lightmesh_floor_of_sum(part * 1024.0, more * 1024.0, error, fraction);
+    place.low = int(c.whole) + int(whole) + (fraction >> 10);
     place.fraction = fraction & 1023;
     return is_clear && abs(whole) < 16777000.0;
 }
@@ -1193,6 +1198,9 @@ LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uvec2 lights, bool only_
                         continue;
                     }
                     uvec2 unknown = lightmesh_cells_in(mask) & ~known.xy & uvec2(groups * 0x01010101u);
+                    // Of lights that are uniform cells know nothing, or the same.
+                    if ((unknown.x | unknown.y) != 0u)
+                        unknown &= uvec2(lightmesh_groups_of(lights & ~known.zw) * 0x01010101u);
                     uint folded = unknown.x | unknown.y;
                     folded |= folded >> 16;
                     pass.missing_groups |= (folded | folded >> 8) & 0xffu;
@@ -1205,9 +1213,6 @@ LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uvec2 lights, bool only_
                         uint points = four >> (8u * cell) & 0xffu;
                         four &= ~(0xffu << (8u * cell));
                         left = is_low ? uvec2(four, left.y) : uvec2(0u, four);
-                    // Of lights that are uniform cells know nothing, or the same.
-                    if ((unknown.x | unknown.y) != 0u)
-                        unknown &= uvec2(lightmesh_groups_of(lights & ~known.zw) * 0x01010101u);
                         uvec4 words = lightmesh_bricks[record + (is_low ? 2u : 3u)];
                         lightmesh_add_cell(tile, lightmesh_component(words, cell), points);
                     }
