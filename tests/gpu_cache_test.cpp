@@ -11,12 +11,14 @@
 #include "seen_points.hpp"
 #include "watched_device.hpp"
 
+#include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/snapshot.hpp>
 #include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
@@ -363,6 +365,38 @@ TEST_CASE("shaders answer from a cache's snapshot what the CPU does, bit by bit,
     CHECK(sum.compared > 40'000);
     CHECK(sum.penumbrae > 1'000);
     CHECK(gpu.messages.empty());
+}
+
+TEST_CASE("shaders end their rays at lattice points where the CPU has those") {
+    Gpu& gpu = the_gpu();
+    for (const float spacing : {0.3f, 0.7f}) {
+        CAPTURE(spacing);
+        World world(9, glm::vec3(0.0f));
+        const lightmesh::CacheSettings settings{
+            .spacing = spacing, .detail = 2, .lamp_rays = 2, .shaft_rows = false};
+        const lightmesh::VisibilityCache cache{world.tracer(), world.lights(8), settings};
+        const auto points = world.points(300, true);
+        cache.fill(points);
+        gpu.queries.upload(cache.snapshot());
+        std::vector<glm::vec3> ends;
+        const auto trace = demo::trace_by(world.tracer());
+        gpu.queries.ask(points, [&](auto segments, auto hit) {
+            for (const lightmesh::Segment& segment : segments)
+                ends.push_back(segment.target);
+            trace(segments, hit);
+        });
+        const lightmesh::detail::Lattice lattice(settings);
+        std::size_t elsewhere = 0;
+        for (const glm::vec3& end : ends) {
+            bool is_found = false;
+            for (int level = 0; level < lightmesh::detail::Lattice::level_count; ++level)
+                is_found |=
+                    lattice.position(glm::ivec3(glm::round(lattice.locate(end, level))), level) == end;
+            elsewhere += is_found ? 0u : 1u;
+        }
+        CHECK(ends.size() > 100);
+        CHECK(elsewhere == 0);
+    }
 }
 
 TEST_CASE("shaders answer from blur rows as well") {

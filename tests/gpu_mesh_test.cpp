@@ -269,36 +269,60 @@ TEST_CASE("gpu mesh: walls on planes of the grid, and steps that no float is") {
     }
 }
 
-TEST_CASE("gpu mesh: a little below the grid's origin, where floats of a place lose what doubles keep") {
-    World world(40, 0, 4.0f, 4.0f, ShortTest::none);
+TEST_CASE("gpu mesh: what bricks agree about is known also where other points have found floods") {
+    // Lights of one group of which points reach few: their bricks agree about these, and have no long tests.
+    World world(24, 3000, 0.3f, 2.0f, ShortTest::linked, 31);
+    test::Random random(17);
+    for (std::size_t i = 0; i < world.lights.size(); ++i)
+        world.lights[i] =
+            lightmesh::PointLight{.position = glm::vec3(random.in_box(test::Vec(-1.5), test::Vec(1.5))),
+                                  .range = i % 3 == 0 ? 0.7f : 1e18f};
+    for (std::size_t i = 0; i < world.points.size(); ++i)
+        if (i % 2 == 1)
+            world.points[i] = {.position = world.points[i - 1].position,
+                               .normal = world.points[i - 1].normal + 1.5f * glm::vec3(random.direction())};
+    check_equal(world);
+}
+
+TEST_CASE("gpu mesh: the box of a hemisphere ends where the CPU has it end") {
+    // A light point just beyond the radius, which fixed-point numbers have within it, first of its brick.
+    World world(6, 0, 2.3f, 2.3f, ShortTest::none);
     world.settings.origin = glm::vec3(0.0f);
-    // Between two places that hemispheres are rounded to, of 2^-11 steps; only where it matters which of
-    // them.
-    constexpr int one = 2048;
-    const auto size_at = [&](int x, float y, float z) {
-        const auto units = [](float at) {
-            return static_cast<int>(std::floor(at * one + 0.5f));
-        };
-        int size = 0;
-        for (int i = 1; i <= 4; ++i)
-            for (int j = -4; j <= 5; ++j)
-                for (int k = -4; k <= 5; ++k) {
-                    const glm::ivec3 d = one * glm::ivec3(i, j, k) - glm::ivec3(x, units(y), units(z));
-                    size += d.x * d.x + d.y * d.y + d.z * d.z < 16 * one * one ? 1 : 0;
-                }
-        return size;
-    };
-    test::Random random(9);
-    while (world.points.size() < 200) {
-        const auto y = static_cast<float>(random.uniform(0.1, 0.9));
-        const auto z = static_cast<float>(random.uniform(0.1, 0.9));
-        if (size_at(-1, y, z) == size_at(0, y, z))
-            continue;
-        const auto i = static_cast<float>(static_cast<int>(world.points.size()) % 40 - 20);
-        world.points.push_back(
-            {.position = {std::ldexp(-1.0f, -12) + std::ldexp(i, -29), y, z}, .normal = {1.0f, 0.0f, 0.0f}});
+    const double step = 2.3f / static_cast<double>(2.3f);
+    test::Random random(3);
+    for (int i = 0; i < 60; ++i) {
+        const double units = 2.3f * 2048.0 + random.uniform(0.0, 0.1);
+        glm::vec3 p(static_cast<float>(step * (4.0 - units / 2048.0)), static_cast<float>(i % 4),
+                    static_cast<float>(i / 4 % 4 - 2));
+        glm::vec3 n = glm::vec3(random.direction()) + glm::vec3(2.0f, 0.0f, 0.0f);
+        world.points.push_back({.position = p, .normal = n});
     }
     check_equal(world);
+}
+
+TEST_CASE("gpu mesh: places halfway between two of fixed point") {
+    World world(6, 0, 11.2f, 16.0f, ShortTest::none);
+    world.settings.origin = glm::vec3(0.0f);
+    const double step = static_cast<double>(11.2f) / 16.0;
+    test::Random random(3);
+    for (int i = 0; i < 120; ++i) {
+        const int half = i % 3 == 0 ? 256 << i % 2 : -(i % 40);
+        auto x = static_cast<float>(step * (half - 0.5) / 1024.0);
+        for (int k = 0; k < 2 + i % 5; ++k)
+            x = std::nextafter(x, i % 2 == 0 ? 1.0f : -1.0f);
+        world.points.push_back({.position = {x, 0.3f * static_cast<float>(random.uniform(0.0, 1.0)), 0.1f},
+                                .normal = {0.1f, 0.2f, 1.0f}});
+    }
+    check_equal(world);
+}
+
+TEST_CASE("gpu mesh: normals of any length") {
+    for (const ShortTest short_test : {ShortTest::none, ShortTest::linked}) {
+        World world(6, 200, 0.8f, 4.0f, short_test);
+        for (std::size_t i = 0; i < world.points.size(); ++i)
+            world.points[i].normal *= std::array{1e36f, 1e-35f, 3e37f, 1e-20f}[i % 4];
+        check_equal(world);
+    }
 }
 
 TEST_CASE("gpu mesh: far from the origin, and at any scale") {

@@ -899,11 +899,7 @@ uvec4 lightmesh_cache_find_records(int axis, uint what, int level) {
 // origin + step * index as the nearest float, in pairs of floats; whether that is sure: of a double between it makes no
 // difference then.
 float lightmesh_cache_lattice_component(int index, uvec2 origin, float step, inout bool is_sure) {
-    float high_step = uintBitsToFloat(floatBitsToUint(step) & 0xfffff000u), low_step = step - high_step;
-    float high_index = float(index & ~4095), low_index = float(index & 4095);
-    precise float product = step * float(index);
-    precise float lost = ((high_step * high_index - product) + high_step * low_index + low_step * high_index) +
-                         low_step * low_index;
+    vec2 product = lightmesh_product(step, float(index));
     // The origin's first 24 bits, and what follows.
     uint exponent = (origin.y >> 20) & 0x7ffu;
     uint high_bits = (origin.y & 0x80000000u) | (((origin.y & 0x7fffffffu) - 0x38000000u) << 3 | origin.x >> 29);
@@ -911,10 +907,10 @@ float lightmesh_cache_lattice_component(int index, uvec2 origin, float step, ino
     float high = is_normal ? uintBitsToFloat(high_bits) : 0.0;
     float low = is_normal ? float(origin.x & 0x1fffffffu) * uintBitsToFloat((exponent - 948u) << 23) : 0.0;
     low = (origin.y & 0x80000000u) != 0u ? -low : low;
-    precise float sum = high + product, part = sum - high;
-    precise float rest = ((high - (sum - part)) + (product - part)) + (low + lost);
+    precise float sum = high + product.x, part = sum - high;
+    precise float rest = ((high - (sum - part)) + (product.x - part)) + (low + product.y);
     precise float point = sum + rest;
-    precise float slack = (abs(high) + abs(product)) * uintBitsToFloat(0x29800000u);  // 2^-44
+    precise float slack = (abs(high) + abs(product.x)) * uintBitsToFloat(0x29800000u);  // 2^-44
     precise float least = sum + (rest - slack), most = sum + (rest + slack);
     is_sure = is_sure && (is_normal || origin.y == 0u) && abs(index) < 0x1000000 && step > 1e-20 && step < 1e20 &&
               least == most;

@@ -2,7 +2,7 @@
 // Arithmetic of IEEE doubles by 32-bit integers, for devices without 64-bit types, rounded to nearest even: the
 // same bits as a processor has. A double is a uvec2 of its low and its high word. Only positive zero and normal
 // numbers that stay such: no infinities, no NaN; denormal floats are taken for 0. And what a device may round its
-// own way: quotients and square roots of floats.
+// own way: quotients and square roots of floats; and products of floats with all their bits.
 #ifndef LIGHTMESH_DOUBLES_GLSL
 #define LIGHTMESH_DOUBLES_GLSL
 
@@ -150,6 +150,20 @@ float lightmesh_double_to_float(uvec2 a) {
     uint rest = a.x & 0x1fffffffu;
     magnitude += rest + (magnitude & 1u) > 0x10000000u ? 1u : 0u;
     return uintBitsToFloat(lightmesh_double_exponent(a) < -126 ? 0u : (a.y & 0x80000000u) | magnitude);
+}
+
+// a * b as the sum of two floats. Dekker 1971, "A Floating-Point Technique for Extending the Available
+// Precision".
+vec2 lightmesh_product(float a, float b) {
+    precise float ca = 4097.0 * a;
+    precise float ah = ca - (ca - a);
+    precise float al = a - ah;
+    precise float cb = 4097.0 * b;
+    precise float bh = cb - (cb - b);
+    precise float bl = b - bh;
+    precise float p = a * b;
+    precise float e = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
+    return vec2(p, e);
 }
 
 // a / b as the nearest float; 0 where that would be a denormal one. `b` is not 0.

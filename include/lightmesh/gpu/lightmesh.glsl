@@ -119,20 +119,6 @@ layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING + 5) buffer Ligh
 
 // ---- floats that round as the CPU's do, where GLSL allows a division or a root some error
 
-// a * b as the sum of two floats. Dekker 1971, "A Floating-Point Technique for Extending the Available
-// Precision".
-vec2 lightmesh_product(float a, float b) {
-    precise float ca = 4097.0 * a;
-    precise float ah = ca - (ca - a);
-    precise float al = a - ah;
-    precise float cb = 4097.0 * b;
-    precise float bh = cb - (cb - b);
-    precise float bl = b - bh;
-    precise float p = a * b;
-    precise float e = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
-    return vec2(p, e);
-}
-
 // a / b, rounded to nearest; for values whose products neither overflow nor underflow.
 float lightmesh_quotient(float a, float b) {
     float q = a / b;
@@ -166,6 +152,10 @@ vec3 lightmesh_unit(vec3 v) {
     float largest = lightmesh_largest(v);
     if (!(largest > 0.0))
         return vec3(0.0);
+    // Far from 1 products would overflow, or lose bits: a power of two changes no quotient.
+    float power = uintBitsToFloat((253u - clamp(floatBitsToUint(largest) >> 23, 1u, 252u)) << 23);
+    v *= power;
+    largest *= power;
     vec3 scaled = vec3(lightmesh_quotient(v.x, largest), lightmesh_quotient(v.y, largest),
                        lightmesh_quotient(v.z, largest));
     float inverse = lightmesh_quotient(1.0, lightmesh_root(lightmesh_length_squared(scaled)));
@@ -394,7 +384,7 @@ uvec2 lightmesh_reaching(vec3 P, vec3 n, uint tile) {
     vec3 box_high = uintBitsToFloat(uvec3(low.w, high.xy));
     if (any(lessThan(P, uintBitsToFloat(low.xyz))) || any(greaterThan(P, box_high)))
         return uvec2(0u);
-    float band = 9.5367431640625e-7 * (uintBitsToFloat(high.z) + abs(P.x) + abs(P.y) + abs(P.z));
+    float band = 9.5367431640625e-7 * (uintBitsToFloat(high.z) + abs(P.x) + abs(P.y) + abs(P.z)) + 1e-36;
     uvec2 reaching = uvec2(0u);
     uint size = lightmesh_tile_size(tile);
     uint light = lightmesh_light(64u * tile);
@@ -483,7 +473,8 @@ uvec2 lightmesh_exchange(uvec2 bits, uint mask, int by) {
     return bits ^ differ ^ differ << by;
 }
 
-// Light points of three bricks in a row along x, 8 bits a cell as everywhere in the library.
+// Light points of three bricks in a row along x, 8 bits a cell as everywhere in the library. None beyond the box: in
+// fixed point the next brick may seem to be within the radius.
 struct LightMeshMasks {
     uvec2 of[3];
 };
@@ -519,7 +510,8 @@ LightMeshMasks lightmesh_masks(LightMeshHemisphere p, ivec3 brick) {
     for (int i = 0; i < 3; ++i) {
         uvec2 mask = lightmesh_exchange(masks.of[i], 0x0c0c0c0cu, 2);
         mask = lightmesh_exchange(mask, 0x0000f0f0u, 12);
-        masks.of[i] = lightmesh_exchange(mask, 0x0000ff00u, 8);
+        mask = lightmesh_exchange(mask, 0x0000ff00u, 8);
+        masks.of[i] = brick.x + i < p.bricks.x ? mask : uvec2(0u);
     }
     return masks;
 }
@@ -539,7 +531,7 @@ int lightmesh_lowest_height(int level, float largest) {
     float guess = quotient * scale;
     float whole = floor(guess);
     precise float fraction = (guess - whole) + rest / step * scale;
-    if (guess < 65536.0 && fraction > 1e-5 && fraction < 0.99999)
+    if (step > 1e-20 && guess < 65536.0 && fraction > 1e-5 && fraction < 0.99999)
         return 65536 + int(whole);
     uvec2 rounding = lightmesh_double_of(largest);
     rounding = lightmesh_double_divide(lightmesh_double_scale(rounding, -22), lightmesh.levels[level].step);
@@ -549,20 +541,6 @@ int lightmesh_lowest_height(int level, float largest) {
 }
 
 const uint lightmesh_no_brick = 0xffffffffu;
-
-// floor(a), a - floor(a), and what that lost to rounding: below 0 it may.
-struct LightMeshParts {
-    float whole;
-    float part;
-    float lost;
-};
-
-LightMeshParts lightmesh_parts(float a) {
-    float whole = floor(a);
-    precise float part = a - whole;
-    precise float lost = a - (part + whole);
-    return LightMeshParts(whole, part, lost);
-}
 
 // floor(a + b), 0 <= a <= 2, if what is left of it leaves no doubt, given how far a + b may be off.
 bool lightmesh_floor_of_sum(float a, float b, float error, out int whole) {
@@ -574,10 +552,12 @@ bool lightmesh_floor_of_sum(float a, float b, float error, out int whole) {
     return part - more > band && part - more < 1.0 - band;
 }
 
-// A coordinate in the grid, in steps, as the sum of two floats, and how far that may be from what `Grid::locate` has:
-// more than a step where floats don't hold what they are made of.
+// A coordinate in the grid, in steps, as the sum of a whole number, a part of 0 to 1 and what is left, and how far that
+// may be from what `Grid::locate` has: more than a step where floats don't hold what they are made of.
 struct LightMeshCoordinate {
-    vec2 at;
+    float whole;
+    float part;
+    float left;
     float error;
 };
 
@@ -592,8 +572,12 @@ LightMeshCoordinate lightmesh_coordinate(int level, int axis, float position) {
     precise float high = product.x + more;
     precise float low = more - (high - product.x);
     float size = abs(position) + abs(origin);
+    // Between -1 and 0 the part takes a rounding.
+    float whole = floor(high);
+    precise float part = high - whole;
+    precise float left = (high - (whole + part)) + low;
     bool is_held = size > 1e-20 && size < 1e18 && inverse_step > 1e-15 && inverse_step < 1e15 && abs(high) < 16777000.0;
-    return LightMeshCoordinate(vec2(high, low), is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
+    return LightMeshCoordinate(whole, part, left, is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
 }
 
 // Where P lies along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
@@ -609,17 +593,14 @@ bool lightmesh_reach(int level, int axis, float position, out LightMeshReach rea
     LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
     float whole_quality = floor(lightmesh.quality), quality = lightmesh.quality - whole_quality;
     float one = uintBitsToFloat((127u + lightmesh.fraction_bits) << 23);
-    LightMeshParts at = lightmesh_parts(c.at.x);
-    float rest = at.lost + c.at.y;
-    float scaled = at.part * one, below = floor(scaled);
-    int low, high, rounds_up;
-    bool is_low_clear = lightmesh_floor_of_sum(at.part + (1.0 - quality), rest, c.error, low);
-    bool is_high_clear = lightmesh_floor_of_sum(at.part + quality, rest, c.error, high);
-    bool is_clear = lightmesh_floor_of_sum((scaled - below) + 0.5, rest * one, c.error * one, rounds_up);
-    int steps = int(at.whole);
+    int low, high, units;
+    bool is_low_clear = lightmesh_floor_of_sum(c.part + (1.0 - quality), c.left, c.error, low);
+    bool is_high_clear = lightmesh_floor_of_sum(c.part + quality, c.left, c.error, high);
+    bool is_clear = lightmesh_floor_of_sum(c.part * one, c.left * one + 0.5, c.error * one, units);
+    int steps = int(c.whole);
     reach.first = (steps + low - 1 - int(whole_quality)) >> 2;
     reach.last = (steps + high + int(whole_quality)) >> 2;
-    reach.position = ((steps - 4 * reach.first) << lightmesh.fraction_bits) + int(below) + rounds_up;
+    reach.position = ((steps - 4 * reach.first) << lightmesh.fraction_bits) + units;
     return is_low_clear && is_high_clear && is_clear;
 }
 
@@ -840,7 +821,8 @@ vec3 lightmesh_light_point(int level, ivec3 light_point) {
 bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
     ivec3 d = ((light_point - 4 * p.first) << lightmesh.fraction_bits) - p.position;
     ivec3 squares = d * d, heights = d * p.slope;
-    return squares.x + squares.y + squares.z < lightmesh.radius_squared &&
+    uvec3 brick = uvec3((light_point >> 2) - p.first);
+    return all(lessThan(brick, uvec3(p.bricks))) && squares.x + squares.y + squares.z < lightmesh.radius_squared &&
            heights.x + heights.y + heights.z > p.lowest_height;
 }
 
@@ -891,20 +873,18 @@ struct LightMeshInFront {
 // By floats; false where they can't tell.
 bool lightmesh_in_front(int level, int axis, float position, float ahead, out LightMeshInFront place) {
     LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
-    LightMeshParts at = lightmesh_parts(c.at.x);
-    precise float sum = at.part + ahead;
-    precise float in_it = sum - at.part;
-    precise float lost = (at.part - (sum - in_it)) + (ahead - in_it);
-    LightMeshParts of_sum = lightmesh_parts(sum);
-    precise float more = (lost + of_sum.lost) + (at.lost + c.at.y);
+    precise float sum = c.part + ahead;
+    precise float in_it = sum - c.part;
+    precise float lost = (c.part - (sum - in_it)) + (ahead - in_it);
+    float whole = floor(sum);
+    precise float part = sum - whole;
+    precise float more = ((sum - (whole + part)) + lost) + c.left;
     float error = 1024.0 * (c.error + abs(more) * 2.4e-7);
-    float scaled = of_sum.part * 1024.0, below = floor(scaled);
-    int rounds_up;
-    bool is_clear = lightmesh_floor_of_sum(scaled - below, more * 1024.0, error, rounds_up);
-    int fraction = int(below) + rounds_up;
-    place.low = int(at.whole) + int(of_sum.whole) + (fraction >> 10);
+    int fraction;
+    bool is_clear = lightmesh_floor_of_sum(part * 1024.0, more * 1024.0, error, fraction);
+    place.low = int(c.whole) + int(whole) + (fraction >> 10);
     place.fraction = fraction & 1023;
-    return is_clear && abs(of_sum.whole) < 16777000.0;
+    return is_clear && abs(whole) < 16777000.0;
 }
 
 LightMeshInFront lightmesh_exactly_in_front(int level, int axis, float position, float unit, int in_front) {
@@ -1218,6 +1198,9 @@ LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uvec2 lights, bool only_
                         continue;
                     }
                     uvec2 unknown = lightmesh_cells_in(mask) & ~known.xy & uvec2(groups * 0x01010101u);
+                    // Of lights that are uniform cells know nothing, or the same.
+                    if ((unknown.x | unknown.y) != 0u)
+                        unknown &= uvec2(lightmesh_groups_of(lights & ~known.zw) * 0x01010101u);
                     uint folded = unknown.x | unknown.y;
                     folded |= folded >> 16;
                     pass.missing_groups |= (folded | folded >> 8) & 0xffu;
