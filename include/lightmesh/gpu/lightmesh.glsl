@@ -542,7 +542,7 @@ int lightmesh_lowest_height(int level, float largest) {
 
 const uint lightmesh_no_brick = 0xffffffffu;
 
-// floor(a + b), 0 <= a <= 2, if what is left of it leaves no doubt, given how far a + b may be off.
+// floor(a + b), 0 <= a < 2^12, if what is left of it leaves no doubt, given how far a + b may be off.
 bool lightmesh_floor_of_sum(float a, float b, float error, out int whole) {
     float base = floor(a);
     precise float part = (a - base) + b;
