@@ -41,7 +41,7 @@ namespace {
 
 using lightmesh::Segment;
 
-constexpr std::size_t rays_at_once = std::size_t{1} << 21;
+constexpr std::size_t rays_at_once = std::size_t{1} << 24;
 
 /// From surface points to the lights that they face, point by point, at most `most`.
 std::vector<Segment> shadow_rays(const demo::EmbreeScene& scene, const bench::ShadingPoints& points,

@@ -158,7 +158,7 @@ double ComputeDevice::least_time(const std::function<double()>& run) const {
     if (is_cpu())
         return least;
     double spent = least;
-    for (int i = 1; i < 5 || spent < 0.2; ++i) {
+    for (int i = 1; i < 5 || spent < 1.0; ++i) {
         const double seconds = run();
         least = (std::min)(least, seconds);
         spent += seconds;

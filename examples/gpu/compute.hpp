@@ -50,8 +50,8 @@ public:
     /// that the device took, by its own clock if it has one.
     double run(const std::function<void(const ComputeCommands&)>& record) const;
 
-    /// The least of the times that run() returns: it is called at least five times, and until a fifth of a
-    /// second is spent, since the clocks of GPUs rise with work. On a CPU it is called once.
+    /// The least of the times that run() returns: it is called at least five times, and until a second is
+    /// spent, since the clocks of GPUs rise with work, and slowly. On a CPU it is called once.
     double least_time(const std::function<double()>& run) const;
 
 private:
