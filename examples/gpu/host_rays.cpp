@@ -162,7 +162,7 @@ HostRayAnswer HostRayQuery::ask(const ComputeDevice& device, std::span<const lig
     std::vector<std::uint32_t> answers(is_timed ? points.size() * words : 0);
     std::vector<std::uint32_t> left(points.size());
     std::iota(left.begin(), left.end(), 0u);
-    for (const std::uint32_t room : {(std::min)(few_rays, rays_per_point), rays_per_point}) {
+    for (std::uint32_t room = (std::min)(few_rays, rays_per_point);; room = rays_per_point) {
         const std::vector<std::uint32_t> asked = std::exchange(left, {});
         const std::size_t most = (std::min)(
             most_points,
@@ -189,6 +189,8 @@ HostRayAnswer HostRayQuery::ask(const ComputeDevice& device, std::span<const lig
                     batch.write_answers(i, std::span(answers).subspan(which[i] * words, words));
             }
         }
+        if (left.empty() || room == rays_per_point)
+            break;
     }
     answer.points_without_rays = left.size();
     if (is_timed)

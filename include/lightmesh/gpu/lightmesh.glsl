@@ -34,8 +34,9 @@
 //     LIGHTMESH_NO_RAYS                  there is no lightmesh_is_open: what needs a ray is missing
 //
 // GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to
-// storage buffers. Sums and products must round to nearest, as they do on all GPUs; what the CPU does in
-// double is done in integers here.
+// storage buffers. Sums and products must round to nearest, as they do on all GPUs. What the CPU does in double is done
+// by pairs of floats with a bound of their error here, and in integers where those can't tell. Coordinates and normals
+// below 2^-126 may count as 0.
 #ifndef LIGHTMESH_GLSL
 #define LIGHTMESH_GLSL
 
