@@ -21,6 +21,7 @@ using glm::clamp;
 using glm::findMSB;
 using glm::min;
 using glm::uvec2;
+using glm::vec2;
 using uint = std::uint32_t;
 
 uint floatBitsToUint(float value) {
@@ -42,7 +43,9 @@ float sqrt(float value) {
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
+#define precise
 #include <lightmesh/gpu/doubles.glsl>
+#undef precise
 #pragma GCC diagnostic pop
 
 }  // namespace shader
@@ -120,6 +123,22 @@ TEST_CASE("doubles by integers: to and from floats and integers") {
     CHECK(wrong == 0);
     for (const float denormal : {0.0f, -0.0f, 1e-45f, -1e-40f})
         CHECK(shader::lightmesh_double_of(denormal) == shader::uvec2(0u));
+}
+
+TEST_CASE("products of floats are sums of two floats") {
+    Numbers numbers;
+    int wrong = 0;
+    for (int i = 0; i < 300'000; ++i) {
+        const float a = numbers.next_float();
+        const float b = numbers.next_float();
+        const double exact = static_cast<double>(a) * b;
+        if (std::abs(exact) < 1e-20 || std::abs(exact) > 1e20)
+            continue;
+        const shader::vec2 product = shader::lightmesh_product(a, b);
+        wrong += product.x != a * b;
+        wrong += static_cast<double>(product.x) + product.y != exact;
+    }
+    CHECK(wrong == 0);
 }
 
 TEST_CASE("quotients and square roots of floats are the nearest floats") {
