@@ -155,10 +155,10 @@ float lightmesh_double_to_float(uvec2 a) {
 // a * b as the sum of two floats. Dekker 1971, "A Floating-Point Technique for Extending the Available
 // Precision".
 vec2 lightmesh_product(float a, float b) {
-    precise float ca = 4097.0 * a;
+    precise float ca = 4097.0f * a;
     precise float ah = ca - (ca - a);
     precise float al = a - ah;
-    precise float cb = 4097.0 * b;
+    precise float cb = 4097.0f * b;
     precise float bh = cb - (cb - b);
     precise float bl = b - bh;
     precise float p = a * b;
