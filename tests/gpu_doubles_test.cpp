@@ -125,7 +125,7 @@ TEST_CASE("doubles by integers: to and from floats and integers") {
         CHECK(shader::lightmesh_double_of(denormal) == shader::uvec2(0u));
 }
 
-TEST_CASE("products of floats are sums of two floats") {
+TEST_CASE("sums and products of floats are sums of two floats") {
     Numbers numbers;
     int wrong = 0;
     for (int i = 0; i < 300'000; ++i) {
@@ -134,6 +134,10 @@ TEST_CASE("products of floats are sums of two floats") {
         const double exact = static_cast<double>(a) * b;
         if (std::abs(exact) < 1e-20 || std::abs(exact) > 1e20)
             continue;
+        const shader::vec2 sum = shader::lightmesh_sum(a, b);
+        wrong += sum.x != a + b;
+        if (std::abs(std::ilogb(a) - std::ilogb(b)) < 28)
+            wrong += static_cast<double>(sum.x) + sum.y != static_cast<double>(a) + b;
         const shader::vec2 product = shader::lightmesh_product(a, b);
         wrong += product.x != a * b;
         wrong += static_cast<double>(product.x) + product.y != exact;

@@ -152,6 +152,14 @@ float lightmesh_double_to_float(uvec2 a) {
     return uintBitsToFloat(lightmesh_double_exponent(a) < -126 ? 0u : (a.y & 0x80000000u) | magnitude);
 }
 
+// a + b as the sum of two floats. Knuth 1969, "The Art of Computer Programming", volume 2.
+vec2 lightmesh_sum(float a, float b) {
+    precise float sum = a + b;
+    precise float b_in_it = sum - a;
+    precise float lost = (a - (sum - b_in_it)) + (b - b_in_it);
+    return vec2(sum, lost);
+}
+
 // a * b as the sum of two floats. Dekker 1971, "A Floating-Point Technique for Extending the Available
 // Precision".
 vec2 lightmesh_product(float a, float b) {

@@ -564,12 +564,10 @@ struct LightMeshCoordinate {
 
 LightMeshCoordinate lightmesh_coordinate(int level, int axis, float position) {
     float origin = lightmesh.levels[level].origin_high[axis], inverse_step = lightmesh.levels[level].inverse_step_high;
-    precise float difference = position - origin;
-    precise float in_it = difference - position;
-    precise float lost = (position - (difference - in_it)) + (-origin - in_it);
-    precise float rest = lost - lightmesh.levels[level].origin_low[axis];
-    vec2 product = lightmesh_product(difference, inverse_step);
-    precise float more = product.y + (difference * lightmesh.levels[level].inverse_step_low + rest * inverse_step);
+    vec2 difference = lightmesh_sum(position, -origin);
+    precise float rest = difference.y - lightmesh.levels[level].origin_low[axis];
+    vec2 product = lightmesh_product(difference.x, inverse_step);
+    precise float more = product.y + (difference.x * lightmesh.levels[level].inverse_step_low + rest * inverse_step);
     precise float high = product.x + more;
     precise float low = more - (high - product.x);
     float size = abs(position) + abs(origin);
@@ -605,12 +603,17 @@ bool lightmesh_reach(int level, int axis, float position, out LightMeshReach rea
     return is_low_clear && is_high_clear && is_clear;
 }
 
+// A coordinate in the grid, in steps, as the CPU's double.
+uvec2 lightmesh_exact_coordinate(int level, int axis, float position) {
+    return lightmesh_double_multiply(
+        lightmesh_double_subtract(lightmesh_double_of(position), lightmesh.levels[level].origin[axis]),
+        lightmesh.levels[level].inverse_step);
+}
+
 // As the CPU's doubles. False outside of the grid.
 bool lightmesh_exact_reach(int level, int axis, float position, out LightMeshReach reach) {
     LightMeshFixed quality = lightmesh_fixed(lightmesh_double_of(lightmesh.quality));
-    uvec2 at = lightmesh_double_multiply(
-        lightmesh_double_subtract(lightmesh_double_of(position), lightmesh.levels[level].origin[axis]),
-        lightmesh.levels[level].inverse_step);
+    uvec2 at = lightmesh_exact_coordinate(level, axis, position);
     if (!lightmesh_double_less(lightmesh_double_abs(at), lightmesh_double_of(16777152.0)))
         return false;
     LightMeshFixed fixed_at = lightmesh_fixed(at);
@@ -791,15 +794,13 @@ bool lightmesh_light_coordinate(int level, int axis, int light_point, out float 
     float step = lightmesh.levels[level].step_float, origin = lightmesh.levels[level].origin_high[axis];
     float index = float(light_point);
     vec2 product = lightmesh_product(step, index);
-    precise float sum = origin + product.x;
-    precise float in_it = sum - origin;
-    precise float lost = (origin - (sum - in_it)) + (product.x - in_it);
+    vec2 sum = lightmesh_sum(origin, product.x);
     precise float more =
-        lost + (product.y + (lightmesh.levels[level].step_low * index + lightmesh.levels[level].origin_low[axis]));
+        sum.y + (product.y + (lightmesh.levels[level].step_low * index + lightmesh.levels[level].origin_low[axis]));
     float size = abs(origin) + abs(product.x);
     float error = size * 1.1368684e-13 + abs(more) * 2e-6;
-    precise float least = sum + (more - error);
-    precise float greatest = sum + (more + error);
+    precise float least = sum.x + (more - error);
+    precise float greatest = sum.x + (more + error);
     coordinate = least;
     return least == greatest && size > 1e-20 && size < 1e25;
 }
@@ -874,12 +875,10 @@ struct LightMeshInFront {
 // By floats; false where they can't tell.
 bool lightmesh_in_front(int level, int axis, float position, float ahead, out LightMeshInFront place) {
     LightMeshCoordinate c = lightmesh_coordinate(level, axis, position);
-    precise float sum = c.part + ahead;
-    precise float in_it = sum - c.part;
-    precise float lost = (c.part - (sum - in_it)) + (ahead - in_it);
-    float whole = floor(sum);
-    precise float part = sum - whole;
-    precise float more = ((sum - (whole + part)) + lost) + c.left;
+    vec2 sum = lightmesh_sum(c.part, ahead);
+    float whole = floor(sum.x);
+    precise float part = sum.x - whole;
+    precise float more = ((sum.x - (whole + part)) + sum.y) + c.left;
     float error = 1024.0 * (c.error + abs(more) * 2.4e-7);
     int fraction;
     bool is_clear = lightmesh_floor_of_sum(part * 1024.0, more * 1024.0, error, fraction);
@@ -889,9 +888,7 @@ bool lightmesh_in_front(int level, int axis, float position, float ahead, out Li
 }
 
 LightMeshInFront lightmesh_exactly_in_front(int level, int axis, float position, float unit, int in_front) {
-    uvec2 at = lightmesh_double_multiply(
-        lightmesh_double_subtract(lightmesh_double_of(position), lightmesh.levels[level].origin[axis]),
-        lightmesh.levels[level].inverse_step);
+    uvec2 at = lightmesh_exact_coordinate(level, axis, position);
     LightMeshFixed exact =
         lightmesh_fixed(lightmesh_double_add(at, lightmesh_double_scale(lightmesh_double_of(unit), in_front)));
     bool rounds_to_one = exact.high == 0xffffffffu && exact.low >= 0xfffffc00u;
