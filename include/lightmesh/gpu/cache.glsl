@@ -286,50 +286,14 @@ LightMeshCacheDoubles lightmesh_cache_double_cross(LightMeshCacheDoubles a, Ligh
     return across;
 }
 
-// a / b as the nearest float, as lightmesh_float_divide has it: the quotient of the device, put right.
-float lightmesh_cache_divide(float a, float b) {
-    uint x = floatBitsToUint(a), y = floatBitsToUint(b);
-    uint dividend = (x & 0x7fffffu) | 0x800000u, by = (y & 0x7fffffu) | 0x800000u;
-    uint quotient = uint(float(dividend) / float(by) * 33554432.0);
-    int rest = int((dividend << 25) - quotient * by);
-    int more = int(floor(float(rest) / float(by)));
-    quotient += uint(more);
-    rest -= more * int(by);
-    if (rest < 0) {
-        --quotient;
-        rest += int(by);
-    } else if (rest >= int(by)) {
-        ++quotient;
-        rest -= int(by);
-    }
-    // 24 bits, and one or two below.
-    int below = (quotient >> 25) != 0u ? 2 : 1;
-    uint whole = quotient >> below, part = quotient & ((1u << below) - 1u), half_way = 1u << (below - 1);
-    bool is_up = part > half_way || (part == half_way && (rest != 0 || (whole & 1u) != 0u));
-    int exponent = int((x >> 23) & 255u) - int((y >> 23) & 255u) + 124 + below;
-    uint magnitude = (uint(exponent) << 23) + whole + (is_up ? 1u : 0u);
-    bool is_zero = (x & 0x7f800000u) == 0u || exponent < 0;
-    return uintBitsToFloat(is_zero ? 0u : ((x ^ y) & 0x80000000u) | magnitude);
-}
-
-// The square root of a number from 1 to 3 as the nearest float: that of the device, put right.
-float lightmesh_cache_sqrt(float a) {
-    uint square = uint(a * 8388608.0), root = uint(sqrt(a) * 8388608.0);
-    int rest = int((square << 23) - root * root);
-    root += uint(int(floor(float(rest) / float(2u * root) + 0.5)));
-    rest = int((square << 23) - root * root);
-    root = rest > int(root) ? root + 1u : rest <= -int(root) ? root - 1u : root;
-    return float(root) * uintBitsToFloat(0x34000000u);  // 2^-23
-}
-
 // The vector at length 1, with every step rounded as a processor does; zero stays zero.
 vec3 lightmesh_cache_unit(vec3 v) {
     float largest = lightmesh_cache_largest(v);
     if (!(largest > 0.0))
         return vec3(0.0);
-    vec3 parts = vec3(lightmesh_cache_divide(v.x, largest), lightmesh_cache_divide(v.y, largest),
-                      lightmesh_cache_divide(v.z, largest));
-    float scale = lightmesh_cache_divide(1.0, lightmesh_cache_sqrt(lightmesh_cache_dot(parts, parts)));
+    vec3 parts = vec3(lightmesh_float_divide(v.x, largest), lightmesh_float_divide(v.y, largest),
+                      lightmesh_float_divide(v.z, largest));
+    float scale = lightmesh_float_divide(1.0, lightmesh_float_sqrt(lightmesh_cache_dot(parts, parts)));
     precise vec3 unit = parts * scale;
     return unit;
 }
@@ -993,7 +957,7 @@ void lightmesh_cache_place_exactly(LightMeshCachePoint at, int facing, int level
         for (int i = 1; i < lightmesh_cache_three() && !is_level; ++i) {
             bool is_far = (i == 1 ? k & 1 : k >> 1) != 0;
             precise float offset = (i == 1 ? fraction.x : fraction.y) - (is_far ? 1.0 : 0.0);
-            float slope = lightmesh_cache_divide(i == 1 ? n.y : n.z, n.x);
+            float slope = lightmesh_float_divide(i == 1 ? n.y : n.z, n.x);
             uvec2 rise = lightmesh_double_multiply(lightmesh_double_of(is_up ? offset : -offset),
                                                    lightmesh_double_of(slope));
             rises = i == 1 ? rise : lightmesh_double_add(rises, rise);

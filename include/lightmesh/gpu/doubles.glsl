@@ -174,38 +174,40 @@ vec2 lightmesh_product(float a, float b) {
     return vec2(p, e);
 }
 
-// a / b as the nearest float; 0 where that would be a denormal one. `b` is not 0.
+// a / b as the nearest float: the quotient of the device, put right. 0 where that would be a denormal one. `b` is not 0.
 float lightmesh_float_divide(float a, float b) {
-    uint x = floatBitsToUint(a), y = floatBitsToUint(b), quotient = 0u;
-    uint rest = (x & 0x7fffffu) | 0x800000u, by = (y & 0x7fffffu) | 0x800000u;
-    for (int i = 0; i < 26; ++i) {
-        bool is_there = rest >= by;
-        quotient = quotient << 1 | (is_there ? 1u : 0u);
-        rest = (rest - (is_there ? by : 0u)) << 1;
+    uint x = floatBitsToUint(a), y = floatBitsToUint(b);
+    uint dividend = (x & 0x7fffffu) | 0x800000u, by = (y & 0x7fffffu) | 0x800000u;
+    uint quotient = uint(float(dividend) / float(by) * 33554432.0);
+    int rest = int((dividend << 25) - quotient * by);
+    int more = int(floor(float(rest) / float(by)));
+    quotient += uint(more);
+    rest -= more * int(by);
+    if (rest < 0) {
+        --quotient;
+        rest += int(by);
+    } else if (rest >= int(by)) {
+        ++quotient;
+        rest -= int(by);
     }
     // 24 bits, and one or two below.
     int below = (quotient >> 25) != 0u ? 2 : 1;
     uint whole = quotient >> below, part = quotient & ((1u << below) - 1u), half_way = 1u << (below - 1);
-    bool is_up = part > half_way || (part == half_way && (rest != 0u || (whole & 1u) != 0u));
+    bool is_up = part > half_way || (part == half_way && (rest != 0 || (whole & 1u) != 0u));
     int exponent = int((x >> 23) & 255u) - int((y >> 23) & 255u) + 124 + below;
     uint magnitude = (uint(exponent) << 23) + whole + (is_up ? 1u : 0u);
     bool is_zero = (x & 0x7f800000u) == 0u || exponent < 0;
     return uintBitsToFloat(is_zero ? 0u : ((x ^ y) & 0x80000000u) | magnitude);
 }
 
-// The square root of a number from 1 to 4 as the nearest float.
+// The square root of a number from 1 to 3 as the nearest float: that of the device, put right.
 float lightmesh_float_sqrt(float a) {
-    uvec2 wanted = lightmesh_double_of(a);
-    uint guess = floatBitsToUint(sqrt(a)) - 4u;
-    for (int i = 0; i < 8; ++i) {
-        // Whether the root is beyond the middle between this float and the next; it is never that.
-        uvec2 middle = lightmesh_double_of(uintBitsToFloat(guess));
-        middle.x |= 0x10000000u;
-        if (!lightmesh_double_less(lightmesh_double_multiply(middle, middle), wanted))
-            break;
-        ++guess;
-    }
-    return uintBitsToFloat(guess);
+    uint square = uint(a * 8388608.0), root = uint(sqrt(a) * 8388608.0);
+    int rest = int((square << 23) - root * root);
+    root += uint(int(floor(float(rest) / float(2u * root) + 0.5)));
+    rest = int((square << 23) - root * root);
+    root = rest > int(root) ? root + 1u : rest <= -int(root) ? root - 1u : root;
+    return float(root) * uintBitsToFloat(0x34000000u);  // 2^-23
 }
 
 #endif
