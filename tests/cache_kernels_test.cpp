@@ -116,10 +116,16 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
             level.fade =
                 static_cast<std::uint32_t>(random.below(2) == 0 ? one_weight : random.below(one_weight + 1));
 
-            const std::uint64_t lights = bits_of(random) & bits_of(random);
+            // Many lights, or a few, which kernels may handle otherwise.
+            const bool are_few = random.below(3) == 0;
+            const auto one_bit = [&] {
+                return std::uint64_t{1} << random.below(64);
+            };
+            const std::uint64_t lights =
+                are_few ? one_bit() | one_bit() | one_bit() : bits_of(random) & bits_of(random);
             Blend blend;
             kernels->start(blend, lights);
-            const std::uint64_t given = lights & bits_of(random);
+            const std::uint64_t given = are_few ? lights & one_bit() : lights & bits_of(random);
             kernels->give_to_first(blend, values, given);
             const std::uint64_t asked = lights & ~given;
             const std::uint64_t next = kernels->blend_level(blend, asked, level);

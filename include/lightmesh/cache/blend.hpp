@@ -32,8 +32,9 @@ inline constexpr std::uint32_t open_from = 153;
 inline constexpr std::uint32_t closed_to = 102;
 
 /// The visibilities of a tile of lights on their way from level to level: for each light what is found, and
-/// how much of one_weight is left for finer levels.
-struct Blend {
+/// how much of one_weight is left for finer levels. Compilers for processors without AVX would align these
+/// less than kernels for those with it need.
+struct alignas(32) Blend {
     std::array<Lanes, 8> found;
     std::array<Lanes, 8> left;
 };
@@ -74,8 +75,14 @@ struct BlendLevel {
     }
 };
 
-/// Marks the lights of which the probe of a cell says the contrary of what its records say: something else,
-/// or, where they all say that a lamp is wholly open or wholly closed, not quite that.
+/// Whether the probe of a cell says the contrary of what its records say: something else, or, where they all
+/// say that a lamp is wholly open or wholly closed, not quite that.
+inline bool is_light_missed(std::uint32_t probe, std::uint32_t least, std::uint32_t greatest) {
+    return (probe == 0 && least > open_from) || (probe == 255 && greatest < closed_to) ||
+           (probe == probe_sees_both && (least == 255 || greatest == 0));
+}
+
+/// The same for an octet: marks the lights that are missed.
 inline void mark_missed(Lanes& marks, const Lanes& probe, const Lanes& least, const Lanes& greatest) {
     marks |= ((probe == 0) & (least > open_from)) | ((probe == 255u) & (greatest < closed_to)) |
                      ((probe == probe_sees_both) & ((least == 255u) | (greatest == 0u)))

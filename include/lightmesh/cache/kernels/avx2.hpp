@@ -347,7 +347,81 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_taps(Blend& blend, std::uint64_t light
     return next & lights;
 }
 
+/// What all four lanes say together, in each of them.
+LIGHTMESH_AVX2 inline __m128i sum_of_four(__m128i lanes) {
+    lanes = _mm_add_epi32(lanes, _mm_shuffle_epi32(lanes, 0x4e));
+    return _mm_add_epi32(lanes, _mm_shuffle_epi32(lanes, 0xb1));
+}
+LIGHTMESH_AVX2 inline __m128i greatest_of_four(__m128i lanes) {
+    lanes = _mm_max_epu32(lanes, _mm_shuffle_epi32(lanes, 0x4e));
+    return _mm_max_epu32(lanes, _mm_shuffle_epi32(lanes, 0xb1));
+}
+LIGHTMESH_AVX2 inline __m128i least_of_four(__m128i lanes) {
+    lanes = _mm_min_epu32(lanes, _mm_shuffle_epi32(lanes, 0x4e));
+    return _mm_min_epu32(lanes, _mm_shuffle_epi32(lanes, 0xb1));
+}
+
+LIGHTMESH_AVX2 inline std::uint32_t first_of(__m128i lanes) {
+    return static_cast<std::uint32_t>(_mm_cvtsi128_si32(lanes));
+}
+
+LIGHTMESH_AVX2 inline int byte_at(const BlendLevel& level, std::size_t record, std::size_t light) {
+    return static_cast<int>(level.values->rows[record].byte(light));
+}
+
+/// One light at four records, which lie side by side. Returns whether the next level has to say something.
+LIGHTMESH_AVX2 inline bool blend_light(Blend& blend, std::size_t light, const BlendLevel& level) {
+    const __m128i weights = _mm_loadu_si128(reinterpret_cast<const __m128i*>(level.weights.data()));
+    const __m128i bytes =
+        _mm_setr_epi32(byte_at(level, level.records[0], light), byte_at(level, level.records[1], light),
+                       byte_at(level, level.records[2], light), byte_at(level, level.records[3], light));
+    const __m128i sum = sum_of_four(_mm_mullo_epi32(bytes, weights));
+    const __m128i values = _mm_srli_epi32(_mm_add_epi32(sum, _mm_set1_epi32(64)), 7);
+    const std::uint32_t value = first_of(values);
+    std::uint32_t& found = reinterpret_cast<std::uint32_t*>(&blend.found[light / 8])[light % 8];
+    std::uint32_t& left = reinterpret_cast<std::uint32_t*>(&blend.left[light / 8])[light % 8];
+    if (level.is_last) {
+        found += left * value;
+        left = 0;
+        return false;
+    }
+    const __m128i differences = _mm_abs_epi32(_mm_sub_epi32(_mm_slli_epi32(bytes, 8), values));
+    const __m128i spread_weights = _mm_min_epu32(_mm_slli_epi32(weights, 2), _mm_set1_epi32(one_weight));
+    std::uint32_t spread =
+        first_of(greatest_of_four(_mm_srli_epi32(_mm_mullo_epi32(differences, spread_weights), 15)));
+    spread = spread * (512u - ((std::min)(2 * value, one_value) >> 8)) >> 8;
+    const std::uint32_t t = 2 * (std::min)(spread - (std::min)(spread, spread_low), spread_range);
+    std::uint32_t beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
+    const std::uint32_t greatest = first_of(greatest_of_four(bytes));
+    if (level.window != 0 &&
+        is_light_missed(static_cast<std::uint32_t>(byte_at(level, CellValues::centre, light)),
+                        first_of(least_of_four(bytes)), greatest))
+        beta = (std::max)(beta, level.window);
+    for (std::size_t k = 0; k < level.taps && (level.misses >> light & 1u) != 0; ++k)
+        if (level.records[k] < CellValues::first_in_air &&
+            (level.values->misses[level.records[k]] >> light & 1u) != 0)
+            beta = (std::max)(beta, level.miss_weight(k));
+    beta = (std::max)(beta, greatest != 0 ? level.missing : 0u);
+    beta = (std::max)(beta, level.force) * (level.fade >> 1) >> 14;
+    std::uint32_t rest = left * beta >> 15;
+    if (rest < 64)
+        rest = 0;
+    found += (left - rest) * value;
+    left = rest;
+    return rest != 0;
+}
+
+/// So many lights are blended faster one by one.
+inline constexpr int few_lights = 2;
+
 LIGHTMESH_AVX2 inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const BlendLevel& level) {
+    if (level.taps <= 4 && std::popcount(lights) <= few_lights) {
+        std::uint64_t next = 0;
+        for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1)
+            if (blend_light(blend, static_cast<std::size_t>(std::countr_zero(rest)), level))
+                next |= rest & (~rest + 1u);
+        return next;
+    }
     return level.taps <= 4 ? blend_taps<4>(blend, lights, level) : blend_taps<8>(blend, lights, level);
 }
 
