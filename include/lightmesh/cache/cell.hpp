@@ -27,8 +27,8 @@ namespace lightmesh::detail {
 struct CacheCell {
     CellCorners corners;
     Facing facing;
-    int level;
-    bool is_made = false;
+    int level = -1;
+    bool is_made = false;  ///< whether it may be used again
     bool is_flat;
     bool is_shared;  ///< whether more than one point has asked for it
     CellLinks links;
@@ -42,9 +42,20 @@ struct CacheCell {
     CellValues values;
     std::array<Column, CellValues::record_count> columns;
 
+    /// Puts another cell in the place of this one, of which nothing more is known yet.
+    void put(const CellCorners& of_corners, const Facing& of_facing, int of_level) {
+        is_made = false;
+        is_shared = false;
+        corners = of_corners;
+        facing = of_facing;
+        level = of_level;
+    }
+    bool is_at(const CellCorners& of_corners, const Facing& of_facing, int of_level) const {
+        return level == of_level && corners == of_corners && facing == of_facing;
+    }
+
     /// After the four columns and the links are there.
     void finish(double step) {
-        is_shared = false;
         std::fill(has_column.begin() + CellValues::first_in_air, has_column.end(), false);
         begin(CellValues::no_tile);
         normal = columns[0].normal;

@@ -29,16 +29,17 @@ struct CellValues {
             row.known = 0;
         misses.fill(0);
     }
-    /// A row; `is_shaft`: of bytes as `shaft_byte` makes them.
-    void set(std::size_t record, const RowBytes& row, bool is_shaft) {
+    /// A row of plain values, and the lights of which its record does not tell what lies around.
+    void set(std::size_t record, const RowBytes& row, std::uint64_t of_misses) {
         rows[record] = row;
-        if (!is_shaft)
-            return;
-        misses[record] = 0;
-        for (std::size_t o = 0; o < 8; ++o)
-            misses[record] |= std::uint64_t{read_shaft_bytes(rows[record].octets[o])} << 8 * o;
+        if (record < first_in_air)
+            misses[record] = of_misses;
     }
     std::uint64_t known(std::size_t record) const { return rows[record].known; }
+    /// Of the lights, those that all of the first four know.
+    std::uint64_t known_to_four() const { return known(0) & known(1) & known(2) & known(3); }
+    /// The lights of which any of the first four does not tell what lies around.
+    std::uint64_t misses_of_four() const { return misses[0] | misses[1] | misses[2] | misses[3]; }
     std::uint64_t octet(std::size_t record, std::size_t o) const { return rows[record].octets[o]; }
 };
 

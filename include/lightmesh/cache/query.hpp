@@ -11,12 +11,13 @@
 #include <lightmesh/cache/lanes.hpp>
 #include <lightmesh/cache/lattice.hpp>
 #include <lightmesh/cache/lazy_array.hpp>
+#include <lightmesh/cache/near_cells.hpp>
 #include <lightmesh/cache/point_rays.hpp>
-#include <lightmesh/cache/record.hpp>
-#include <lightmesh/cache/record_brick.hpp>
 #include <lightmesh/cache/row.hpp>
 #include <lightmesh/cache/row_table.hpp>
 #include <lightmesh/cache/taps.hpp>
+#include <lightmesh/fill/trace.hpp>
+#include <lightmesh/segment.hpp>
 #include <lightmesh/support/vectors.hpp>
 #include <lightmesh/surface_point.hpp>
 
@@ -34,126 +35,176 @@
 
 namespace lightmesh::detail {
 
-/// The state of one thread's queries: what neighbouring points share. Lives on the stack.
+/// One thread's queries. Points that are asked for together pass level by level, so that neighbours share
+/// cells, and rays and look-ups of all of them are made side by side. Lives on the stack.
 template <class Store>
 class CacheQuery {
 public:
-    explicit CacheQuery(const Store& store) : store_(store), kernels_(cache_kernels()) {}
+    explicit CacheQuery(const Store& store) : store_(store), kernels_(cache_kernels()), cells_(store) {}
 
-    /// S of all lights, a row for each of `count` points: of one tile of lights after the other, so that what
-    /// neighbouring points share is read once a tile.
+    /// S of all lights, a row for each of `count` points.
     template <class PointAt>
     void all(std::size_t count, const PointAt& point_at, std::span<float> rows) {
         const LampTable& lamps = store_.lamps();
-        // Points outside the lattice are refused also where there is no light.
-        for (std::size_t i = 0; i < count && lamps.tile_count() == 0; ++i)
-            begin(point_at(i));
-        for (std::size_t first = 0; first < count; first += block_size) {
-            const std::size_t last = (std::min)(count, first + block_size);
-            if (lamps.tile_count() > 1)
-                std::fill_n(seen_of_points_.begin(), last - first, SeenOfLevels{});
-            for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile)
-                for (std::size_t i = first; i < last; ++i) {
-                    const std::span<float> lit =
+        for (std::size_t first = 0; first < count;) {
+            const std::size_t last = begin_points(first, count, point_at);
+            for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile) {
+                for (std::size_t i = first; i < last; ++i)
+                    points_[i - first].lit =
                         rows.subspan(i * lamps.size() + tile * lamps_per_tile, lamps.tile_size(tile));
-                    if (begin(point_at(i), lamps.tile_count() > 1 ? &seen_of_points_[i - first] : nullptr))
-                        find(tile, ~std::uint64_t{0}, lit);
-                    else
-                        std::fill(lit.begin(), lit.end(), std::numeric_limits<float>::quiet_NaN());
-                }
+                find(tile, ~std::uint64_t{0});
+            }
+            first = last;
         }
     }
     /// The same for one point.
     void all(const SurfacePoint& point, std::span<float> lit) {
         all(
-            1, [&](std::size_t) { return point; }, lit);
+            1, [&](std::size_t) -> const SurfacePoint& { return point; }, lit);
     }
 
     /// Lists the values that `all` would have to find at these points and keep; of a light first those of the
     /// coarsest level that lacks any.
     template <class PointAt>
     void list(std::size_t count, const PointAt& point_at, RowTable& rows) {
-        listed_ = &rows;
+        const LampTable& lamps = store_.lamps();
         std::array<float, lamps_per_tile> unused;
-        for (std::size_t tile = 0; tile < store_.lamps().tile_count(); ++tile)
-            for (std::size_t i = 0; i < count && !store_.is_full(); ++i)
-                if (begin(point_at(i)))
-                    find(tile, ~std::uint64_t{0}, std::span(unused).first(store_.lamps().tile_size(tile)));
+        listed_ = &rows;
+        for (std::size_t first = 0; first < count && !store_.is_full();) {
+            first = begin_points(first, count, point_at);
+            for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile) {
+                for (std::size_t i = 0; i < point_count_; ++i)
+                    points_[i].lit = std::span(unused).first(lamps.tile_size(tile));
+                find(tile, ~std::uint64_t{0});
+            }
+        }
         listed_ = nullptr;
     }
 
     /// S of one light.
     float one(const SurfacePoint& point, std::size_t light) {
-        if (!begin(point))
-            return std::numeric_limits<float>::quiet_NaN();
+        begin_points(0, 1, [&](std::size_t) -> const SurfacePoint& { return point; });
         std::array<float, lamps_per_tile> lit;
         const std::size_t tile = light / lamps_per_tile;
-        find(tile, std::uint64_t{1} << light % lamps_per_tile,
-             std::span<float>(lit).first(store_.lamps().tile_size(tile)));
+        points_[0].lit = std::span<float>(lit).first(store_.lamps().tile_size(tile));
+        find(tile, std::uint64_t{1} << light % lamps_per_tile);
         return lit[light % lamps_per_tile];
     }
 
 private:
     static constexpr std::uint32_t all_four = 15;
 
-    /// For so many points one tile of lights is found after the other.
-    static constexpr std::size_t block_size = 256;
+    /// So many ways are gone side by side.
+    static constexpr std::size_t most_walks = 64;
+
     /// Which lattice points a point sees: four bits for each level, and one that says that they are known.
     using SeenOfLevels = std::array<std::uint8_t, Lattice::level_count>;
     static constexpr std::uint32_t is_seen_known = 16;
 
-    /// A record that neighbouring cells share, and what is known of its row.
-    struct NearColumn {
-        bool is_made = false;
-        RecordKey key;  ///< that was asked for
-        Column column;
-        std::size_t tile;  ///< of the row
-        RowBytes row;
-    };
-    /// On all levels together.
-    static constexpr std::size_t cell_count = 64;
-
-    /// A brick in which neighbouring cells have records.
-    struct NearBrick {
-        RecordBrick* brick = nullptr;
+    /// How a surface lies. Neighbouring points often have the same.
+    struct Plane {
+        glm::vec3 given;   ///< the normal as a point has it
+        glm::vec3 normal;  ///< unit length, or zero
+        WeightedFacings facings;
+        std::array<TangentPlane, WeightedFacings::most> tangents;  ///< for each facing
     };
 
-    /// A level's cell about the point, and what it says.
-    struct Visit {
-        CellStencil stencil;
+    /// A point that is asked for.
+    struct Point {
+        bool is_finite;
+        bool is_smooth;  ///< whether the smooth normal differs from the geometric one
+        int first_level;
+        const Plane* plane;
+        glm::vec3 position;
+        glm::vec3 smooth_normal;
+        double footprint;
+        SeenOfLevels seen;  ///< as other tiles of lights have found
+
+        // Of a tile.
+        std::span<float> lit;
+        std::uint64_t below;  ///< the lights that only the smooth normal faces
+        bool is_written;      ///< whether `lit` has its values but for those
+        std::size_t first_walk;
+        std::size_t walk_count;
+
+        const glm::vec3& normal() const { return plane->normal; }
+    };
+
+    /// A point on its way through the levels, along one of its facings.
+    struct Walk {
+        Point* point;
+        const TangentPlane* tangent;
+        std::uint64_t lights;         ///< about which the next level has to say something
+        std::uint64_t smooth_lights;  ///< those that the smooth normal faces
+        bool is_begun;                ///< whether there is anything in `blend`
+
+        // Of a level.
+        bool is_flat;        ///< whether all four records fit the point without further questions
+        std::uint32_t seen;  ///< the lattice points that the point sees, one bit for each
+        Fits fits;           ///< of a cell that is not flat
         CacheCell* cell;
-        bool is_flat;   ///< whether all four records fit the point without further questions
-        bool has_taps;  ///< whether it is known which records serve the point
-        BlendLevel level;
+        CellStencil stencil;
+
+        Blend blend;
     };
 
-    /// `seen`: what was found of this point for other tiles, or null.
-    bool begin(const SurfacePoint& point, SeenOfLevels* seen = nullptr) {
-        seen_of_levels_ = seen;
-        if (!is_finite(point.position) || !is_finite(point.normal))
-            return false;
-        point_ = point.position;
-        store_.lattice().check_inside(point_);
-        // Neighbouring points often have the same normal.
-        if (!has_normal_ || point.normal != given_normal_) {
-            given_normal_ = point.normal;
-            has_normal_ = true;
-            normal_ = unit(point.normal);
-            facings_ = is_zero(normal_) ? WeightedFacings{} : facings_of(normal_);
-            has_tangent_ = false;
+    /// A walk that asks which lattice points of a cell its point sees.
+    struct Sight {
+        Walk* walk;
+        glm::vec3 end;  ///< of the rays
+        std::array<std::int32_t, 4> weights;
+        std::uint32_t rest;  ///< lattice points that may be asked for, one bit for each
+        std::uint32_t seen;
+        std::size_t asked;  ///< the lattice point that is
+    };
+
+    /// Takes points from `first` on, before `last`, as many as there is room for. Returns the first that is
+    /// left.
+    template <class PointAt>
+    std::size_t begin_points(std::size_t first, std::size_t last, const PointAt& point_at) {
+        point_count_ = 0;
+        plane_count_ = 0;
+        for (std::size_t walks = 0; first < last && walks + WeightedFacings::most <= most_walks; ++first) {
+            begin(points_[point_count_], point_at(first));
+            walks += WeightedFacings::most;
+            const Point& point = points_[point_count_++];
+            if (point.is_finite)
+                walks -= WeightedFacings::most - (std::max)(point.plane->facings.count, std::size_t{1});
         }
-        footprint_ = point.footprint > 0.0f ? static_cast<double>(point.footprint) : 0.0;
-        is_smooth_ = false;
-        if (is_finite(point.shading_normal)) {
-            smooth_normal_ = unit_or_zero(point.shading_normal);
-            const float cosine = glm::dot(smooth_normal_, normal_);
-            is_smooth_ = cosine > 0.0f && cosine < 0.999999f;
+        return first;
+    }
+
+    void begin(Point& point, const SurfacePoint& given) {
+        point.is_finite = is_finite(given.position) && is_finite(given.normal);
+        if (!point.is_finite)
+            return;
+        point.position = given.position;
+        store_.lattice().check_inside(point.position);
+        point.plane = &plane_of(given.normal);
+        point.footprint = given.footprint > 0.0f ? static_cast<double>(given.footprint) : 0.0;
+        point.is_smooth = false;
+        if (is_finite(given.shading_normal)) {
+            point.smooth_normal = unit_or_zero(given.shading_normal);
+            const float cosine = glm::dot(point.smooth_normal, point.normal());
+            point.is_smooth = cosine > 0.0f && cosine < 0.999999f;
         }
-        visited_ = 0;
-        first_level_ = Lattice::base_level;
-        while (first_level_ > 0 && share_of(first_level_) < one_weight)
-            --first_level_;
-        return true;
+        point.first_level = Lattice::base_level;
+        while (point.first_level > 0 && share_of(point.first_level, point.footprint) < one_weight)
+            --point.first_level;
+        if (store_.lamps().tile_count() > 1)
+            point.seen.fill(0);
+    }
+
+    const Plane& plane_of(const glm::vec3& normal) {
+        if (plane_count_ != 0 && planes_[plane_count_ - 1].given == normal)
+            return planes_[plane_count_ - 1];
+        Plane& plane = planes_[plane_count_++];
+        plane.given = normal;
+        plane.normal = unit(normal);
+        plane.facings = is_zero(plane.normal) ? WeightedFacings{} : facings_of(plane.normal);
+        for (std::size_t i = 0; i < plane.facings.count; ++i)
+            plane.tangents[i] = TangentPlane(plane.normal, plane.facings.all[i]);
+        return plane;
     }
 
     /// A vector at length 1; as it is, if that is its length but for rounding.
@@ -163,181 +214,333 @@ private:
     }
 
     /// How much a level may say, by the footprint: less within the last fifth of an octave.
-    std::int32_t share_of(int level) const {
+    std::int32_t share_of(int level, double footprint) const {
         const double step = store_.lattice().step(level);
-        if (step > 1.15 * footprint_)
+        if (step > 1.15 * footprint)
             return one_weight;
-        return step > footprint_ ? weight_of((step / footprint_ - 1.0) / 0.1487) : 0;
+        return step > footprint ? weight_of((step / footprint - 1.0) / 0.1487) : 0;
     }
 
-    void find(std::size_t tile, std::uint64_t asked, std::span<float> lit) {
-        const std::uint64_t lights = asked & store_.lamps().reaching(tile, point_, normal_);
-        smooth_lights_ = is_smooth_ ? asked & store_.lamps().reaching(tile, point_, smooth_normal_) : 0;
-        if ((lights | smooth_lights_) == 0) {
-            std::fill(lit.begin(), lit.end(), 0.0f);
+    /// Finds some lights of a tile at the points.
+    void find(std::size_t tile, std::uint64_t asked) {
+        walk_count_ = 0;
+        live_count_ = 0;
+        int level = Lattice::base_level;
+        for (std::size_t i = 0; i < point_count_; ++i) {
+            begin_walks(points_[i], tile, asked);
+            if (points_[i].walk_count != 0)
+                level = (std::min)(level, points_[i].first_level);
+        }
+        for (; live_count_ != 0; ++level)
+            pass_level(level, tile);
+        for (std::size_t i = 0; i < point_count_; ++i)
+            finish(points_[i], tile);
+    }
+
+    void begin_walks(Point& point, std::size_t tile, std::uint64_t asked) {
+        point.first_walk = walk_count_;
+        point.walk_count = 0;
+        point.is_written = true;
+        point.below = 0;
+        if (!point.is_finite) {
+            std::ranges::fill(point.lit, std::numeric_limits<float>::quiet_NaN());
             return;
         }
-        if (is_zero(normal_)) {
-            kernels_.start(blend_, lights);
-            add_exact(tile, lights);
-            kernels_.write_blend(blend_, lit);
+        const LampTable& lamps = store_.lamps();
+        const std::uint64_t lights = asked & lamps.reaching(tile, point.position, point.normal());
+        const std::uint64_t smooth =
+            point.is_smooth ? asked & lamps.reaching(tile, point.position, point.smooth_normal) : 0;
+        point.below = smooth & ~lights;
+        if (lights == 0) {
+            std::ranges::fill(point.lit, 0.0f);
             return;
         }
-        if (facings_.count == 1) {
-            if (smooth_lights_ == 0 && find_uniform(tile, lights, lit))
-                return;
-            find_along(facings_.all[0], tile, lights);
-            kernels_.write_blend(blend_, lit);
-        } else {
-            find_along_all(tile, lights, lit);
+        point.is_written = false;
+        const Plane& plane = *point.plane;
+        const bool has_facing = plane.facings.count != 0;
+        point.walk_count = has_facing ? plane.facings.count : 1;
+        for (std::size_t i = 0; i < point.walk_count; ++i) {
+            Walk& walk = walks_[walk_count_];
+            walk.point = &point;
+            walk.tangent = &plane.tangents[i];
+            walk.lights = lights;
+            walk.smooth_lights = smooth;
+            walk.is_begun = false;
+            if (has_facing)
+                live_[live_count_++] = &walk;
+            else
+                add_exact(walk, tile, lights);
+            ++walk_count_;
+        }
+    }
+
+    void begin_blend(Walk& walk) {
+        if (walk.is_begun)
+            return;
+        kernels_.start(walk.blend, walk.lights);
+        walk.is_begun = true;
+    }
+
+    /// Writes what the walks of a point have found.
+    void finish(Point& point, std::size_t tile) {
+        if (listed_ != nullptr)
+            return;
+        if (!point.is_written) {
+            if (point.walk_count == 1)
+                kernels_.write_blend(walks_[point.first_walk].blend, point.lit);
+            else
+                write_sum(point);
         }
         // Below the facet, but not below the smooth surface that it stands for.
-        if (const std::uint64_t below = smooth_lights_ & ~lights; below != 0 && listed_ == nullptr) {
-            TileValues values{};
-            store_.exact(point_, normal_, smooth_normal_, tile, below, values);
-            for (std::uint64_t rest = below; rest != 0; rest &= rest - 1) {
-                const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-                lit[l] = static_cast<float>(values[l]) * (1.0f / 255.0f);
-            }
+        if (point.below == 0)
+            return;
+        TileValues values{};
+        store_.exact(point.position, point.normal(), point.smooth_normal, tile, point.below, values);
+        for (std::uint64_t rest = point.below; rest != 0; rest &= rest - 1) {
+            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
+            point.lit[l] = static_cast<float>(values[l]) * (1.0f / 255.0f);
         }
     }
 
-    /// Blends what is found along several ways.
-    void find_along_all(std::size_t tile, std::uint64_t lights, std::span<float> lit) {
-        std::array<std::uint64_t, lamps_per_tile> sums{};
-        for (std::size_t i = 0; i < static_cast<std::size_t>(facings_.count); ++i) {
-            find_along(facings_.all[i], tile, lights);
-            for (std::size_t l = 0; l < lit.size(); ++l)
-                sums[l] += static_cast<std::uint64_t>(blend_.found[l / 8][l % 8]) *
-                           static_cast<std::uint64_t>(facings_.weights[i]);
-        }
+    /// Of the walks along several facings.
+    void write_sum(const Point& point) {
         constexpr double whole = static_cast<double>(one_value) * one_weight * one_weight;
-        for (std::size_t l = 0; l < lit.size(); ++l)
-            lit[l] = static_cast<float>(static_cast<double>(sums[l]) / whole);
+        for (std::size_t l = 0; l < point.lit.size(); ++l) {
+            std::uint64_t sum = 0;
+            for (std::size_t i = 0; i < point.walk_count; ++i)
+                sum += static_cast<std::uint64_t>(walks_[point.first_walk + i].blend.found[l / 8][l % 8]) *
+                       static_cast<std::uint64_t>(point.plane->facings.weights[i]);
+            point.lit[l] = static_cast<float>(static_cast<double>(sum) / whole);
+        }
     }
 
-    /// Where the first level's cell has the same value in all records, for every light, no more is needed.
-    bool find_uniform(std::size_t tile, std::uint64_t lights, std::span<float> lit) {
-        if (first_level_ < Lattice::base_level)
-            return false;
-        set_facing(facings_.all[0]);
-        const Visit& visit = visit_level(first_level_);
-        if (!visit.is_flat || (lights & ~visit.cell->uniform_of(tile)) != 0)
-            return false;
-        kernels_.write_first(visit.cell->values, lights, lit);
-        return true;
+    /// Lets all walks that have come to a level pass it, as many at once as there is room for their cells.
+    void pass_level(int level, std::size_t tile) {
+        const std::size_t count = live_count_;
+        live_count_ = 0;
+        visitor_count_ = 0;
+        new_cell_count_ = 0;
+        used_cells_ = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            Walk& walk = *live_[i];
+            if (walk.point->first_level > level) {
+                live_[live_count_++] = &walk;
+                continue;
+            }
+            find_stencil(store_.lattice(), walk.point->position, *walk.tangent, level, walk.stencil);
+            const Facing& facing = walk.tangent->facing;
+            CacheCell& cell = cells_.place_of(walk.stencil.corners, facing, level);
+            const std::uint64_t place = std::uint64_t{1} << cells_.number_of(cell);
+            if (cell.is_at(walk.stencil.corners, facing, level) &&
+                (cell.is_made || (used_cells_ & place) != 0)) {
+                cell.is_shared = true;
+            } else {
+                if ((used_cells_ & place) != 0)
+                    visit(level, tile);
+                cell.put(walk.stencil.corners, facing, level);
+                new_cells_[new_cell_count_++] = &cell;
+            }
+            used_cells_ |= place;
+            walk.cell = &cell;
+            visitors_[visitor_count_++] = &walk;
+        }
+        visit(level, tile);
     }
 
-    void find_along(const Facing& facing, std::size_t tile, std::uint64_t lights) {
-        kernels_.start(blend_, lights);
-        set_facing(facing);
-        for (int level = first_level_; lights != 0; ++level) {
-            const int finest = store_.lattice().finest_level();
-            const std::int32_t next = level < finest ? share_of(level + 1) : 0;
-            const bool is_last = next == 0;
-            Visit& visit = visit_level(level);
-            CacheCell& cell = *visit.cell;
-            if (!visit.has_taps)
-                make_taps(visit, level);
-            BlendLevel& blended = visit.level;
-            if (blended.taps == 0) {
-                if (!is_last)
+    /// Lets some walks, whose cells have their places, pass a level. Those that go on are live.
+    void visit(int level, std::size_t tile) {
+        for (std::size_t i = 0; i < new_cell_count_; ++i)
+            cells_.make(*new_cells_[i]);
+        new_cell_count_ = 0;
+        sight_count_ = 0;
+        for (std::size_t i = 0; i < visitor_count_; ++i)
+            fit(*visitors_[i], level);
+        find_sights(level);
+        for (std::size_t i = 0; i < visitor_count_; ++i) {
+            Walk& walk = *visitors_[i];
+            blend(walk, level, tile);
+            if (walk.lights != 0)
+                live_[live_count_++] = &walk;
+        }
+        visitor_count_ = 0;
+        used_cells_ = 0;
+    }
+
+    /// How the records of its cell fit a walk's point, and which of them it sees, or that it must ask.
+    void fit(Walk& walk, int level) {
+        const Point& point = *walk.point;
+        const CacheCell& cell = *walk.cell;
+        walk.is_flat = cell.fits(point.position, point.normal());
+        if (walk.is_flat)
+            return;
+        walk.fits = fits_of(cell.surface, point.position, point.normal(), store_.lattice().step(level));
+        walk.seen = all_four;
+        if (walk.fits.are_enough() && cell.links.are_all_open())
+            return;
+        if (has_kept_sights(point)) {
+            const std::uint8_t kept = point.seen[static_cast<std::size_t>(level)];
+            walk.seen = kept & all_four;
+            if (kept != 0)
+                return;
+        }
+        sights_[sight_count_++] = {
+            .walk = &walk,
+            .end = off_surface(point.position, point.normal(), store_.lattice().step(level)),
+            .weights = walk.stencil.weights(),
+            .rest = all_four,
+            .seen = 0,
+            .asked = 0};
+    }
+
+    /// Whether what a point sees is kept for other tiles of lights.
+    bool has_kept_sights(const Point& point) const {
+        return store_.lamps().tile_count() > 1 && point.plane->facings.count == 1;
+    }
+
+    /// Which lattice points the points see: rays to them, the nearest first, until one is open; from there on
+    /// over links. Those behind something that may lie before the point are seen by their own rays alone:
+    /// near the edge of a sheet links lead around it.
+    void find_sights(int level) {
+        std::array<Segment, most_walks> segments;
+        std::array<std::uint8_t, most_walks> hit;
+        for (std::size_t count = sight_count_; count != 0;) {
+            for (std::size_t i = 0; i < count; ++i) {
+                Sight& sight = sights_[i];
+                // Heavier first, and the lesser number first among equals.
+                auto k = static_cast<std::size_t>(std::countr_zero(sight.rest));
+                for (std::size_t other = k + 1; other < 4; ++other)
+                    if ((sight.rest >> other & 1u) != 0 && sight.weights[other] > sight.weights[k])
+                        k = other;
+                sight.asked = k;
+                const CacheCell& cell = *sight.walk->cell;
+                segments[i] = {sight.end,
+                               store_.lattice().position(cell.corners.index(k, cell.facing), level)};
+            }
+            trace(store_.tracer(), std::span<const Segment>(segments).first(count),
+                  std::span<std::uint8_t>(hit).first(count));
+            std::size_t left = 0;
+            for (std::size_t i = 0; i < count; ++i) {
+                Sight& sight = sights_[i];
+                Walk& walk = *sight.walk;
+                const std::uint32_t suspect = walk.fits.suspect;
+                sight.rest &= ~(1u << sight.asked);
+                if (hit[i] == 0)
+                    sight.seen |= 1u << sight.asked;
+                if ((sight.seen & ~suspect) != 0)
+                    sight.rest &= suspect;
+                if (sight.rest != 0) {
+                    sights_[left++] = sight;
                     continue;
-                add_exact(tile, lights);
-                return;
-            }
-            if (smooth_lights_ != 0) {
-                const std::uint64_t bent = bent_lights(visit, tile, lights);
-                add_exact(tile, bent);
-                lights &= ~bent;
-                if (lights == 0)
-                    return;
-            }
-            const bool is_base = level >= Lattice::base_level;
-            if (visit.is_flat && is_base) {
-                if (const std::uint64_t done = lights & cell.uniform_of(tile); done != 0) {
-                    kernels_.give_to_first(blend_, cell.values, done);
-                    lights &= ~done;
-                    if (lights == 0)
-                        return;
                 }
+                walk.seen = walk.cell->links.reach(sight.seen, suspect);
+                if (has_kept_sights(*walk.point))
+                    walk.point->seen[static_cast<std::size_t>(level)] =
+                        static_cast<std::uint8_t>(is_seen_known | walk.seen);
             }
-            if (cell.values.tile != tile)
-                cell.begin(tile);
-            const bool is_exact = is_last && store_.settings().exact_edges;
-            blended.is_last = is_last && !is_exact;
-            blended.force = is_exact || is_base ? 0 : one_weight;
-            blended.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
-            const bool has_probes = store_.lattice().has_probes(level);
-            blended.window = has_probes && !is_last ? window_of(visit.stencil) : 0;
-            if (blended.window != 0)
-                place_probe(cell, level);
-            if ((lights & ~known_to_all(cell, blended)) != 0)
-                read(cell, blended, tile, lights);
-            blended.misses = cell.misses_of(blended);
-            if (listed_ != nullptr) {
-                // What is listed waits for its values.
-                lights &= known_to_all(cell, blended);
-                if (lights == 0)
-                    return;
-            }
-            // For one point alone it is as fast to blend them.
-            if (visit.is_flat && cell.is_shared && (lights & ~cell.compared) != 0)
-                cell.compare(lights, has_probes);
-            lights = kernels_.blend_level(blend_, lights, blended);
-            if (is_exact && lights != 0) {
-                add_exact(tile, lights);
+            count = left;
+        }
+    }
+
+    /// Adds what the records of a level say about a walk's lights. Those are left that finer levels, or rays,
+    /// have to say something about.
+    void blend(Walk& walk, int level, std::size_t tile) {
+        const Lattice& lattice = store_.lattice();
+        CacheCell& cell = *walk.cell;
+        const bool is_base = level >= Lattice::base_level;
+        if (walk.is_flat && is_base && blend_uniform(walk, tile))
+            return;
+        const std::int32_t next =
+            level < lattice.finest_level() ? share_of(level + 1, walk.point->footprint) : 0;
+        const bool is_last = next == 0;
+        BlendLevel taps;
+        taps.values = &cell.values;
+        make_taps(walk, level, taps);
+        if (taps.taps == 0) {
+            if (is_last)
+                end_exactly(walk, tile);
+            return;
+        }
+        begin_blend(walk);
+        if (walk.smooth_lights != 0) {
+            const std::uint64_t bent = bent_lights(walk, taps, tile);
+            add_exact(walk, tile, bent);
+            walk.lights &= ~bent;
+            if (walk.lights == 0)
                 return;
+        }
+        if (walk.is_flat && is_base) {
+            if (const std::uint64_t done = walk.lights & cell.uniform_of(tile); done != 0) {
+                kernels_.give_to_first(walk.blend, cell.values, done);
+                walk.lights &= ~done;
+                if (walk.lights == 0)
+                    return;
             }
         }
+        if (cell.values.tile != tile)
+            cell.begin(tile);
+        const bool is_exact = is_last && store_.settings().exact_edges;
+        taps.is_last = is_last && !is_exact;
+        taps.force = is_exact || is_base ? 0 : one_weight;
+        taps.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
+        const bool has_probes = lattice.has_probes(level);
+        taps.window = has_probes && !is_last ? window_of(walk.stencil) : 0;
+        if (taps.window != 0)
+            cells_.add_probe(cell);
+        if ((walk.lights & ~known_to_all(walk, taps)) != 0)
+            read(cell, taps, tile, walk.lights);
+        taps.misses = walk.is_flat ? cell.values.misses_of_four() : cell.misses_of(taps);
+        if (listed_ != nullptr) {
+            // What is listed waits for its values.
+            walk.lights &= known_to_all(walk, taps);
+            if (walk.lights == 0)
+                return;
+        }
+        // For one point alone it is as fast to blend them.
+        if (walk.is_flat && cell.is_shared && (walk.lights & ~cell.compared) != 0)
+            cell.compare(walk.lights, has_probes);
+        walk.lights = kernels_.blend_level(walk.blend, walk.lights, taps);
+        if (is_exact && walk.lights != 0)
+            end_exactly(walk, tile);
+    }
+
+    /// Where the first cell that a point visits has the same value in all records, for every light, no more
+    /// is needed.
+    bool blend_uniform(Walk& walk, std::size_t tile) {
+        Point& point = *walk.point;
+        if (walk.is_begun || point.walk_count != 1 || walk.smooth_lights != 0 ||
+            (walk.lights & ~walk.cell->uniform_of(tile)) != 0)
+            return false;
+        kernels_.write_first(walk.cell->values, walk.lights, point.lit);
+        point.is_written = true;
+        walk.lights = 0;
+        return true;
     }
 
     /// Makes some lights known in the values of a level's records and probe, or lists those that are not.
     void read(CacheCell& cell, const BlendLevel& level, std::size_t tile, std::uint64_t lights) {
         for (std::size_t k = 0; k < level.taps; ++k)
-            read(cell, level.records[k], tile, lights);
+            cells_.read(cell, level.records[k], tile, lights, listed_);
         if (level.window != 0)
-            read(cell, CellValues::centre, tile, lights);
-    }
-    void read(CacheCell& cell, std::size_t record, std::size_t tile, std::uint64_t lights) {
-        if ((lights & ~cell.values.known(record)) == 0)
-            return;
-        const Column& column = cell.columns[record];
-        const bool is_shaft = has_shaft_row(store_.lattice(), column.key, *column.record);
-        if (listed_ == nullptr) {
-            NearColumn* const near_column = near_column_of(cell, record);
-            if (near_column == nullptr) {
-                cell.values.set(record, store_.row(column, tile, lights), is_shaft);
-                return;
-            }
-            if (near_column->tile != tile || (lights & ~near_column->row.known) != 0) {
-                near_column->row = store_.row(column, tile, lights);
-                near_column->tile = tile;
-            }
-            cell.values.set(record, near_column->row, is_shaft);
-            return;
-        }
-        cell.values.set(record, store_.known_row(*column.record, tile), is_shaft);
-        const std::uint64_t missing = lights & ~cell.values.known(record);
-        // A record that is not kept has no links.
-        if (missing != 0 && column.links != nullptr)
-            listed_->add({column.key, tile}, missing);
+            cells_.read(cell, CellValues::centre, tile, lights, listed_);
     }
 
     /// The lights that all records know which serve a point, and the probe if it is asked.
-    static std::uint64_t known_to_all(const CacheCell& cell, const BlendLevel& level) {
-        std::uint64_t known = level.window != 0 ? cell.values.known(CellValues::centre) : ~std::uint64_t{0};
+    static std::uint64_t known_to_all(const Walk& walk, const BlendLevel& level) {
+        const CellValues& values = walk.cell->values;
+        std::uint64_t known = level.window != 0 ? values.known(CellValues::centre) : ~std::uint64_t{0};
+        if (walk.is_flat)
+            return known & values.known_to_four();
         for (std::size_t k = 0; k < level.taps; ++k)
-            known &= cell.values.known(level.records[k]);
+            known &= values.known(level.records[k]);
         return known;
     }
 
     /// The lights about which the geometric normal of the point, or of a record that serves it, says
     /// something else than the smooth surface does: some of the lamp is below that plane.
-    std::uint64_t bent_lights(const Visit& visit, std::size_t tile, std::uint64_t lights) const {
-        const CacheCell& cell = *visit.cell;
-        const BlendLevel& taps = visit.level;
-        lights &= smooth_lights_;
+    std::uint64_t bent_lights(const Walk& walk, const BlendLevel& taps, std::size_t tile) const {
+        const Point& point = *walk.point;
+        const CacheCell& cell = *walk.cell;
+        std::uint64_t lights = walk.lights & walk.smooth_lights;
         if (lights == 0)
             return 0;
         float sine_squared = 0.0f;
@@ -345,16 +548,16 @@ private:
             const glm::vec3& other = cell.columns[taps.records[k]].normal;
             if (is_zero(other))
                 continue;
-            const float cosine = glm::dot(normal_, other);
+            const float cosine = glm::dot(point.normal(), other);
             sine_squared = (std::max)(sine_squared, 1.0f - cosine * cosine);
         }
         // With room for roundings.
-        lights &= store_.lamps().grazing(tile, point_, normal_, 1.01f * sine_squared + 1e-6f);
+        lights &= store_.lamps().grazing(tile, point.position, point.normal(), 1.01f * sine_squared + 1e-6f);
         std::uint64_t bent = 0;
         for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
             const Lamp& lamp =
                 store_.lamps().lamp(tile * lamps_per_tile + static_cast<std::size_t>(std::countr_zero(rest)));
-            bool is_bent = lamp.is_cut(point_, normal_);
+            bool is_bent = lamp.is_cut(point.position, point.normal());
             for (std::size_t k = 0; k < taps.taps && !is_bent; ++k) {
                 const Column& column = cell.columns[taps.records[k]];
                 is_bent = !is_zero(column.normal) && lamp.is_cut(column.position, column.normal);
@@ -366,143 +569,43 @@ private:
     }
 
     /// Gives what is left of the lights' weights to rays from the point itself.
-    void add_exact(std::size_t tile, std::uint64_t lights) {
+    void add_exact(Walk& walk, std::size_t tile, std::uint64_t lights) {
         if (listed_ != nullptr)
             return;
+        begin_blend(walk);
+        const Point& point = *walk.point;
         TileValues values{};
-        if (const std::uint64_t smooth = lights & smooth_lights_; smooth != 0)
-            store_.exact(point_, normal_, smooth_normal_, tile, smooth, values);
-        if (const std::uint64_t others = lights & ~smooth_lights_; others != 0)
-            store_.exact(point_, normal_, tile, others, values);
+        if (const std::uint64_t smooth = lights & walk.smooth_lights; smooth != 0)
+            store_.exact(point.position, point.normal(), point.smooth_normal, tile, smooth, values);
+        if (const std::uint64_t others = lights & ~walk.smooth_lights; others != 0)
+            store_.exact(point.position, point.normal(), tile, others, values);
         for (; lights != 0; lights &= lights - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(lights));
-            Lanes& found = blend_.found[l / 8];
-            Lanes& left = blend_.left[l / 8];
+            Lanes& found = walk.blend.found[l / 8];
+            Lanes& left = walk.blend.left[l / 8];
             found[l % 8] += left[l % 8] * (static_cast<std::uint32_t>(values[l]) << 8);
             left[l % 8] = 0;
         }
     }
-
-    /// Before levels are visited along a facing.
-    void set_facing(const Facing& facing) {
-        if (has_tangent_ && tangent_.facing == facing)
-            return;
-        visited_ = 0;
-        tangent_ = TangentPlane(normal_, facing);
-        has_tangent_ = true;
+    void end_exactly(Walk& walk, std::size_t tile) {
+        add_exact(walk, tile, walk.lights);
+        walk.lights = 0;
     }
 
-    Visit& visit_level(int level) {
-        Visit& visit = visits_[static_cast<std::size_t>(level)];
-        if ((visited_ >> level & 1u) == 0) {
-            visit.stencil = stencil_at(store_.lattice(), point_, tangent_, level);
-            visit.cell = &cell_at(visit.stencil.corners, tangent_.facing, level);
-            visit.level.values = &visit.cell->values;
-            visit.is_flat = visit.cell->fits(point_, normal_);
-            visit.has_taps = false;
-            visited_ |= 1u << level;
-        }
-        return visit;
-    }
-
-    CacheCell& cell_at(const CellCorners& corners, const Facing& facing, int level) {
-        // Neighbours on a surface, and those on two surfaces, do not take each other's place.
-        const auto place = static_cast<std::size_t>(corners.u + 2 * corners.v + 4 * corners.along[0]) & 7u;
-        CacheCell& cell = cells_[8 * (static_cast<std::size_t>(level) & 7u) + place];
-        if (cell.is_made && cell.corners == corners && cell.facing == facing && cell.level == level) {
-            cell.is_shared = true;
-            return cell;
-        }
-        cell.is_made = false;
-        cell.corners = corners;
-        cell.facing = facing;
-        cell.level = level;
-        bool is_kept = true;
-        for (std::size_t k = 0; k < 4; ++k) {
-            set_near_column(cell, k, RecordKind::fallen, [&](const glm::ivec3& index, Record& spare) {
-                return store_.column(index, facing, level, spare, near_brick(cell, k));
-            });
-            is_kept &= cell.columns[k].links != nullptr;
-        }
-        const auto link = [&](std::size_t from, std::size_t to, int direction) -> std::uint32_t {
-            return store_.is_linked(cell.columns[from], cell.columns[to], direction, facing, level) ? 1u : 0u;
-        };
-        cell.links.along_u = link(0, 1, 0) | link(2, 3, 0) << 2;
-        cell.links.along_v = link(0, 2, 1) | link(1, 3, 1) << 1;
-        cell.finish(store_.lattice().step(level));
-        cell.is_made = is_kept;
-        return cell;
-    }
-
-    /// The brick that was found last where records of a cell's level beside its k-th lattice point are.
-    RecordBrick*& near_brick(const CacheCell& cell, std::size_t k = 0) {
-        const std::size_t u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
-        const std::size_t v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
-        const std::size_t place = (u >> 2 & 1u) + 2 * (v >> 2 & 1u);
-        return near_bricks_[4 * static_cast<std::size_t>(cell.level) + place].brick;
-    }
-    /// The place among those that were asked for last of one of a cell's records at its four lattice points,
-    /// on a surface or in the air.
-    NearColumn& near_place(const CacheCell& cell, std::size_t record) {
-        static_assert(CellValues::first_in_air == 4 && CellValues::centre == 8);
-        const std::size_t k = record & 3u;
-        const auto u = static_cast<std::size_t>(cell.corners.u) + (k & 1u);
-        const auto v = static_cast<std::size_t>(cell.corners.v) + (k >> 1);
-        const auto along = static_cast<std::size_t>(cell.corners.along[k]);
-        return near_columns_[(static_cast<std::size_t>(cell.level) & 3u) + (record & 4u)]
-                            [(u & 3u) + 4 * (v & 3u) + 16 * (along & 3u)];
-    }
-    /// Sets one of these records, by find(index, where one stands that is not kept) if it must.
-    template <class Find>
-    void set_near_column(CacheCell& cell, std::size_t record, RecordKind kind, const Find& find) {
-        const glm::ivec3 index = cell.corners.index(record & 3u, cell.facing);
-        const RecordKey key(index, kind, cell.facing, cell.level);
-        NearColumn& place = near_place(cell, record);
-        if (place.is_made && place.key == key) {
-            set_column(cell, record, place.column);
-            return;
-        }
-        Record& own = spare(cell, record);
-        set_column(cell, record, find(index, own));
-        // What stands in the cell's own place goes with the cell.
-        if (cell.columns[record].record == &own)
-            return;
-        place.is_made = true;
-        place.key = key;
-        place.column = cell.columns[record];
-        place.tile = CellValues::no_tile;
-    }
-    /// One of these records among those that were asked for last, or null.
-    NearColumn* near_column_of(const CacheCell& cell, std::size_t record) {
-        if (record >= CellValues::centre)
-            return nullptr;
-        NearColumn& place = near_place(cell, record);
-        return place.is_made && place.column.record == cell.columns[record].record ? &place : nullptr;
-    }
-
-    void make_taps(Visit& visit, int level) {
-        CacheCell& cell = *visit.cell;
-        BlendLevel& taps = visit.level;
-        const std::array<std::int32_t, 4> bilinear = visit.stencil.weights();
-        visit.has_taps = true;
-        if (visit.is_flat) {
+    void make_taps(const Walk& walk, int level, BlendLevel& taps) {
+        CacheCell& cell = *walk.cell;
+        const std::array<std::int32_t, 4> bilinear = walk.stencil.weights();
+        if (walk.is_flat) {
             taps.taps = 4;
-            taps.missing = 0;
             for (std::size_t k = 0; k < 4; ++k)
                 taps.set(k, k, static_cast<std::uint32_t>(bilinear[k]));
             return;
         }
-        taps.taps = 0;
         std::array<std::int64_t, 8> raw{};
-        const double step = store_.lattice().step(level);
-        const auto [fits, suspect] = fits_of(cell.surface, point_, normal_, step);
-        const bool fits_all = fits[0] > 0 && fits[1] > 0 && fits[2] > 0 && fits[3] > 0;
-        std::uint32_t seen = all_four;
-        if (!fits_all || !cell.links.are_all_open() || suspect != 0)
-            seen = seen_by_point(suspect, cell, bilinear, level);
+        const std::array<std::int32_t, 4>& fits = walk.fits.shares;
         std::int32_t served = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-            if ((seen >> k & 1u) == 0)
+            if ((walk.seen >> k & 1u) == 0)
                 continue;
             served += bilinear[k] * fits[k] >> 8;
             const std::int64_t weight = bilinear[k] + 1;
@@ -512,12 +615,7 @@ private:
             }
             if (fits[k] > 0)
                 add_tap(taps, raw, k, 10 * weight * fits[k]);
-            const std::size_t air = CellValues::first_in_air + k;
-            if (!cell.has_column[air])
-                set_near_column(cell, air, RecordKind::air, [&](const glm::ivec3& index, Record& spare) {
-                    return store_.air(index, cell.facing, level, spare, near_brick(cell, k));
-                });
-            add_tap(taps, raw, air, 3 * weight * (256 - fits[k]));
+            add_tap(taps, raw, cells_.add_air(cell, k), 3 * weight * (256 - fits[k]));
         }
         set_weights(taps, raw);
         taps.pad();
@@ -554,39 +652,6 @@ private:
         taps.set(heaviest, taps.records[heaviest], taps.weights[heaviest] + rest);
     }
 
-    /// As below, but once for all tiles of lights.
-    std::uint32_t seen_by_point(std::uint32_t suspect, const CacheCell& cell,
-                                const std::array<std::int32_t, 4>& weights, int level) const {
-        if (seen_of_levels_ == nullptr || facings_.count != 1)
-            return find_seen(suspect, cell, weights, level);
-        std::uint8_t& kept = (*seen_of_levels_)[static_cast<std::size_t>(level)];
-        if (kept == 0)
-            kept = static_cast<std::uint8_t>(is_seen_known | find_seen(suspect, cell, weights, level));
-        return kept & all_four;
-    }
-    /// Which lattice points the point sees, one bit for each: rays to them, the nearest first, until one is
-    /// open; from there on over links. Those behind something that may lie before the point are seen by their
-    /// own rays alone: near the edge of a sheet links lead around it.
-    std::uint32_t find_seen(std::uint32_t suspect, const CacheCell& cell,
-                            const std::array<std::int32_t, 4>& weights, int level) const {
-        const glm::vec3 end = off_surface(point_, normal_, store_.lattice().step(level));
-        std::uint32_t seen = 0;
-        for (std::uint32_t rest = all_four; rest != 0;) {
-            // Heavier first, and the lesser number first among equals.
-            auto k = static_cast<std::size_t>(std::countr_zero(rest));
-            for (std::size_t other = k + 1; other < 4; ++other)
-                if ((rest >> other & 1u) != 0 && weights[other] > weights[k])
-                    k = other;
-            rest &= ~(1u << k);
-            if (!store_.tracer().occluded(
-                    {end, store_.lattice().position(cell.corners.index(k, cell.facing), level)}))
-                seen |= 1u << k;
-            if ((seen & ~suspect) != 0)
-                rest &= suspect;
-        }
-        return cell.links.reach(seen, suspect);
-    }
-
     /// The weight of a cell's centre: none at the cell's border, where the next cell may know nothing of it.
     static std::uint32_t window_of(const CellStencil& stencil) {
         const std::int32_t inside = (std::min)(
@@ -594,52 +659,25 @@ private:
         return static_cast<std::uint32_t>((std::min)(8 * inside, one_weight));
     }
 
-    /// What four records miss between them: see `probe` of the store.
-    void place_probe(CacheCell& cell, int level) {
-        if (cell.has_column[CellValues::centre])
-            return;
-        const auto [lowest, highest] = std::ranges::minmax(cell.corners.along);
-        glm::ivec3 index = cell.corners.index(0, cell.facing);
-        index[cell.facing.axis] = cell.facing.sign > 0.0f ? highest : lowest;
-        set_column(
-            cell, CellValues::centre,
-            store_.probe(index, cell.facing, level, spare(cell, CellValues::centre), near_brick(cell)));
-    }
-
-    static void set_column(CacheCell& cell, std::size_t record, const Column& column) {
-        cell.columns[record] = column;
-        cell.has_column[record] = true;
-    }
-
-    /// Where a record of a cell stands that is not kept.
-    Record& spare(const CacheCell& cell, std::size_t record) {
-        return spares_[static_cast<std::size_t>(&cell - &cells_[0])][record];
-    }
-
     const Store& store_;
     const CacheKernels& kernels_;
+    NearCells<Store> cells_;
     RowTable* listed_ = nullptr;  ///< null: what is missing is found
-    glm::vec3 point_{0.0f};
-    glm::vec3 given_normal_{0.0f};  ///< as the last point had it
-    bool has_normal_ = false;
-    bool has_tangent_ = false;
-    glm::vec3 normal_{0.0f};
-    glm::vec3 smooth_normal_{0.0f};
-    bool is_smooth_ = false;           ///< whether the smooth normal differs from the geometric one
-    std::uint64_t smooth_lights_ = 0;  ///< of the tile, those that the smooth normal faces
-    double footprint_ = 0.0;
-    int first_level_ = Lattice::base_level;
-    Blend blend_;
-    WeightedFacings facings_;
-    std::uint32_t visited_ = 0;  ///< one bit for each level
-    TangentPlane tangent_;
-    SeenOfLevels* seen_of_levels_ = nullptr;  ///< the point's, or null
-    std::array<SeenOfLevels, block_size> seen_of_points_;
-    LazyArray<Visit, Lattice::level_count> visits_;
-    LazyArray<CacheCell, cell_count> cells_;                ///< by level modulo 8
-    LazyArray<LazyArray<NearColumn, 64>, 8> near_columns_;  ///< by level modulo 4, and in the air
-    LazyArray<NearBrick, 4 * Lattice::level_count> near_bricks_;
-    LazyArray<std::array<Record, CellValues::record_count>, cell_count> spares_;
+    std::size_t plane_count_ = 0;
+    std::size_t point_count_ = 0;
+    std::size_t walk_count_ = 0;
+    std::size_t live_count_ = 0;
+    std::size_t visitor_count_ = 0;
+    std::size_t new_cell_count_ = 0;
+    std::size_t sight_count_ = 0;
+    std::uint64_t used_cells_ = 0;  ///< by visitors, one bit for each place
+    LazyArray<Plane, most_walks> planes_;
+    LazyArray<Point, most_walks> points_;
+    LazyArray<Walk, most_walks> walks_;
+    LazyArray<Sight, most_walks> sights_;
+    std::array<Walk*, most_walks> live_;      ///< walks with lights that a level has something to say about
+    std::array<Walk*, most_walks> visitors_;  ///< those that pass a level together
+    std::array<CacheCell*, most_walks> new_cells_;  ///< of theirs, those that are not made yet
 };
 
 }  // namespace lightmesh::detail

@@ -45,11 +45,21 @@ inline std::uint32_t read_shaft_bytes(std::uint64_t& bytes) {
     const auto is_zero = [](std::uint64_t b) {
         return ~(((b & low_bits) + low_bits) | b) >> 7 & ones;
     };
+    if ((bytes & ones) == 0)
+        return 0;
     const std::uint64_t misses = bytes & ones & ~is_zero(~bytes);
     if (misses == 0)
         return 0;
     bytes = (bytes & ~is_zero(bytes ^ ones)) | is_zero(bytes ^ ones * 253u) << 1;
     return static_cast<std::uint32_t>(gather_low_bits(misses));
+}
+
+/// The same for a row.
+inline std::uint64_t read_shaft_bytes(RowBytes& row) {
+    std::uint64_t misses = 0;
+    for (std::size_t o = 0; o < 8; ++o)
+        misses |= std::uint64_t{read_shaft_bytes(row.octets[o])} << 8 * o;
+    return misses;
 }
 
 inline TileValues values_of(const RowBytes& row) {

@@ -29,9 +29,11 @@ inline std::int32_t weight_of(double share) {
 /// The facings of a point's records, with weights that sum to one_weight: against its normal's
 /// greatest component, and against others within a tenth of that, so that nothing jumps where they change.
 struct WeightedFacings {
-    std::array<Facing, 3> all;
-    std::array<std::int32_t, 3> weights{};
-    int count = 0;
+    static constexpr std::size_t most = 3;
+
+    std::array<Facing, most> all;
+    std::array<std::int32_t, most> weights{};
+    std::size_t count = 0;
 };
 
 inline WeightedFacings facings_of(const glm::vec3& unit_normal) {
@@ -46,13 +48,13 @@ inline WeightedFacings facings_of(const glm::vec3& unit_normal) {
         const std::int32_t weight = weight_of((ratio - 0.9) / 0.1);
         if (weight == 0)
             continue;
-        const auto i = static_cast<std::size_t>(found.count++);
+        const std::size_t i = found.count++;
         found.all[i] = {axis, unit_normal[axis] < 0.0f ? -1.0f : 1.0f};
         found.weights[i] = weight;
         sum += weight;
     }
     std::int32_t rest = one_weight;
-    for (std::size_t i = 1; i < static_cast<std::size_t>(found.count); ++i) {
+    for (std::size_t i = 1; i < found.count; ++i) {
         found.weights[i] =
             static_cast<std::int32_t>(static_cast<std::int64_t>(found.weights[i]) * one_weight / sum);
         rest -= found.weights[i];
@@ -67,11 +69,11 @@ struct CellCorners {
     std::int32_t v;                     ///< the lesser index along v
     std::array<std::int32_t, 4> along;  ///< the indices along the axis of the records' facing
 
+    /// One after the other: they were written one by one a moment ago, and several at once would have to
+    /// wait for that.
     bool operator==(const CellCorners& other) const {
-        std::int32_t difference = (u ^ other.u) | (v ^ other.v);
-        for (std::size_t k = 0; k < 4; ++k)
-            difference |= along[k] ^ other.along[k];
-        return difference == 0;
+        return u == other.u && v == other.v && along[0] == other.along[0] && along[1] == other.along[1] &&
+               along[2] == other.along[2] && along[3] == other.along[3];
     }
 
     glm::ivec3 index(std::size_t k, const Facing& facing) const {
@@ -108,15 +110,14 @@ struct TangentPlane {
           slope_v(static_cast<double>(unit_normal[along.v()] / unit_normal[along.axis])) {}
 };
 
-inline CellStencil stencil_at(const Lattice& lattice, const glm::vec3& point, const TangentPlane& tangent,
-                              int level) {
+inline void find_stencil(const Lattice& lattice, const glm::vec3& point, const TangentPlane& tangent,
+                         int level, CellStencil& stencil) {
     const glm::dvec3 located = lattice.locate(point, level);
     const double u = located[tangent.facing.u()];
     const double v = located[tangent.facing.v()];
     // Upwards, or downwards where the facing's sign is negative.
     const bool is_up = tangent.facing.sign > 0.0f;
     const double height = is_up ? -located[tangent.facing.axis] : located[tangent.facing.axis];
-    CellStencil stencil;
     CellCorners& corners = stencil.corners;
     corners.u = floor_to_int(u);
     corners.v = floor_to_int(v);
@@ -131,7 +132,7 @@ inline CellStencil stencil_at(const Lattice& lattice, const glm::vec3& point, co
     };
     if (tangent.slope_u == 0.0 && tangent.slope_v == 0.0) {
         corners.along.fill(first_before(height));
-        return stencil;
+        return;
     }
     const double sign = is_up ? 1.0 : -1.0;
     const std::array<double, 2> rise_u{sign * static_cast<double>(fu) * tangent.slope_u,
@@ -140,7 +141,6 @@ inline CellStencil stencil_at(const Lattice& lattice, const glm::vec3& point, co
                                        sign * static_cast<double>(fv - 1.0f) * tangent.slope_v};
     for (std::size_t k = 0; k < 4; ++k)
         corners.along[k] = first_before(height - (rounded(rise_u[k & 1]) + rounded(rise_v[k >> 1])));
-    return stencil;
 }
 
 /// Which links between a cell's lattice points are open, and where that leads to. Sets of lattice points are
@@ -178,10 +178,24 @@ struct CellSurface {
     }
 };
 
-/// How well records fit a point, 0 to 256, and between which of them and the point something may lie.
+/// How well records fit a point, 0 to 256, and between which of them and the point something may lie, or
+/// clearly nothing of what the record lies on. One bit for each.
 struct Fits {
     std::array<std::int32_t, 4> shares;
-    std::uint32_t suspect;  ///< one bit for each
+    std::uint32_t suspect;
+    std::uint32_t clear;
+
+    /// Whether some record tells that nothing stands out between it and the point, and no other one
+    /// contradicts.
+    bool are_enough() const {
+        std::uint32_t wholly = 0;
+        std::uint32_t at_all = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+            wholly |= static_cast<std::uint32_t>(shares[k] == 256) << k;
+            at_all |= static_cast<std::uint32_t>(shares[k] != 0) << k;
+        }
+        return suspect == 0 && (at_all == 15 || (wholly != 0 && (wholly | clear) == 15));
+    }
 };
 
 /// A record fits if it lies near the point's tangent plane and its normal is similar; both fade.
@@ -219,11 +233,15 @@ inline Fits fits_of(const CellSurface& surface, const glm::vec3& point, const gl
     // floor under a sheet is behind the sheet, and the sheet before the floor.
     const double least = rounded(0.003 * step) + static_cast<double>(largest_component(point)) * 0x1p-21;
     const auto is_suspect = (before > least) & (behind > least);
+    const auto is_clear = (before < -least) | (behind < -least);
     Fits fits;
     std::memcpy(fits.shares.data(), &shares, sizeof shares);
     fits.suspect = 0;
-    for (std::size_t k = 0; k < 4; ++k)
+    fits.clear = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
         fits.suspect |= static_cast<std::uint32_t>(is_suspect[k] & 1) << k;
+        fits.clear |= static_cast<std::uint32_t>(is_clear[k] & 1) << k;
+    }
     return fits;
 }
 

@@ -1058,7 +1058,8 @@ void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
     lightmesh_cache_cell.links = links;
 }
 
-// How well a record fits a point, 0 to 256, and in the bit above whether something may lie between them. In doubles.
+// How well a record fits a point, 0 to 256, and in the bits above whether something may lie between them, and whether
+// clearly nothing does. In doubles.
 uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint at, int level) {
     // Before the point's plane, before the record's, and the cosine between.
     uvec2 before = uvec2(0u), before_record = uvec2(0u), cosine = uvec2(0u);
@@ -1089,10 +1090,12 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
         lightmesh_cache_level_least(level),
         lightmesh_double_scale(lightmesh_double_of(lightmesh_cache_largest(at.position)), -21));
     bool is_suspect = lightmesh_double_less(least, before) && lightmesh_double_less(least, before_record);
-    return uint(share) | (is_suspect ? 512u : 0u);
+    least.y ^= 0x80000000u;
+    bool is_clear = lightmesh_double_less(before, least) || lightmesh_double_less(before_record, least);
+    return uint(share) | (is_suspect ? 512u : 0u) | (is_clear ? 1024u : 0u);
 }
 
-// The same of four records by floats, and 1024 more where those can't tell. `limits`: how near records fit, how fast
+// The same of four records by floats, and 2048 more where those can't tell. `limits`: how near records fit, how fast
 // that ends, and from where on something may lie between.
 uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normals, vec3 normal, vec3 limits) {
     LightMeshCacheFour n = lightmesh_cache_four(normal);
@@ -1111,11 +1114,15 @@ uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normal
     uvec4 is_sure = (uvec4(equal(least, most)) & uvec4(equal(least_slope, most_slope))) |
                     uvec4(equal(min(most, most_slope), ivec4(0)));
     vec4 over = before - limits.z, record_over = before_record - limits.z;
+    vec4 under = before + limits.z, record_under = before_record + limits.z;
     slack += 3e-7 * limits.z;
     record_slack += 3e-7 * limits.z;
     uvec4 is_surely_not = uvec4(lessThan(over, -slack)) | uvec4(lessThan(record_over, -record_slack)),
-          is_suspect = uvec4(greaterThan(over, slack)) & uvec4(greaterThan(record_over, record_slack));
-    return uvec4(most * most_slope >> 8) | is_suspect << 9 | (1u - (is_sure & (is_suspect | is_surely_not))) << 10;
+          is_suspect = uvec4(greaterThan(over, slack)) & uvec4(greaterThan(record_over, record_slack)),
+          is_clear = uvec4(lessThan(under, -slack)) | uvec4(lessThan(record_under, -record_slack)),
+          is_surely_unclear = uvec4(greaterThan(under, slack)) & uvec4(greaterThan(record_under, record_slack));
+    is_sure &= (is_suspect | is_surely_not) & (is_clear | is_surely_unclear);
+    return uvec4(most * most_slope >> 8) | is_suspect << 9 | is_clear << 10 | (1u - is_sure) << 11;
 }
 
 // Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
@@ -1252,7 +1259,8 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     LightMeshCacheFour offsets = lightmesh_cache_differences(positions, lightmesh_cache_four(at.position));
     uvec4 found = lightmesh_cache_fits(offsets, normals, at.normal, limits) * is_on_surface;
     ivec4 fits = ivec4(found & 511u);
-    uint suspect = lightmesh_cache_bits(found >> 9), unsure = lightmesh_cache_bits(found >> 10);
+    uint suspect = lightmesh_cache_bits(found >> 9), is_clear = lightmesh_cache_bits(found >> 10),
+         unsure = lightmesh_cache_bits(found >> 11);
     while (unsure != 0u) {
         int k = findLSB(unsure);
         unsure &= unsure - 1u;
@@ -1262,10 +1270,14 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         int share = int(fit & 511u);
         fits = ivec4(k == 0 ? share : fits.x, k == 1 ? share : fits.y, k == 2 ? share : fits.z,
                      k == 3 ? share : fits.w);
-        suspect = (suspect & ~(1u << k)) | fit >> 9 << k;
+        suspect = (suspect & ~(1u << k)) | (fit >> 9 & 1u) << k;
+        is_clear = (is_clear & ~(1u << k)) | fit >> 10 << k;
     }
     uint seen = 15u;
-    if (any(equal(fits, ivec4(0))) || suspect != 0u || lightmesh_cache_cell.links != 15u) {
+    // Between the point and a record that fits it nothing stands out, if no other record tells of it.
+    uint wholly = lightmesh_cache_bits(uvec4(equal(fits, ivec4(256))));
+    bool fits_enough = all(greaterThan(fits, ivec4(0))) || (wholly != 0u && (wholly | is_clear) == 15u);
+    if (!fits_enough || suspect != 0u || lightmesh_cache_cell.links != 15u) {
         int traced = level - at.first_level;
         uint turn_traced = turn == 0 ? at.traced.x : turn == 1 ? at.traced.y : at.traced.z;
         uint turn_seen = turn == 0 ? at.seen.x : turn == 1 ? at.seen.y : at.seen.z;
