@@ -65,7 +65,7 @@ TEST_CASE("records fit a point by their distance from its plane and by their nor
             const double largest = std::max({std::abs(point.x), std::abs(point.y), std::abs(point.z)});
             const double least = 0.003 * step + largest * 0x1p-21;
             const bool is_suspect = before > least && behind > least;
-            const bool is_clear = before < -least || behind < -least;
+            const bool is_clear = before < -least || behind < -least || m == glm::dvec3(0.0);
             CHECK((fits.suspect >> k & 1u) == (is_suspect ? 1u : 0u));
             CHECK((fits.clear >> k & 1u) == (is_clear ? 1u : 0u));
             suspects += is_suspect ? 1 : 0;

@@ -233,7 +233,9 @@ inline Fits fits_of(const CellSurface& surface, const glm::vec3& point, const gl
     // floor under a sheet is behind the sheet, and the sheet before the floor.
     const double least = rounded(0.003 * step) + static_cast<double>(largest_component(point)) * 0x1p-21;
     const auto is_suspect = (before > least) & (behind > least);
-    const auto is_clear = (before < -least) | (behind < -least);
+    // Where there is no surface the column is free until behind the point's plane.
+    const auto is_clear =
+        (before < -least) | (behind < -least) | ((m_x == 0.0) & (m_y == 0.0) & (m_z == 0.0));
     Fits fits;
     std::memcpy(fits.shares.data(), &shares, sizeof shares);
     fits.suspect = 0;

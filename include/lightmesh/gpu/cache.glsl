@@ -1259,7 +1259,8 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     LightMeshCacheFour offsets = lightmesh_cache_differences(positions, lightmesh_cache_four(at.position));
     uvec4 found = lightmesh_cache_fits(offsets, normals, at.normal, limits) * is_on_surface;
     ivec4 fits = ivec4(found & 511u);
-    uint suspect = lightmesh_cache_bits(found >> 9), is_clear = lightmesh_cache_bits(found >> 10),
+    uint suspect = lightmesh_cache_bits(found >> 9),
+         is_clear = lightmesh_cache_bits(found >> 10 | (1u - is_on_surface)),
          unsure = lightmesh_cache_bits(found >> 11);
     while (unsure != 0u) {
         int k = findLSB(unsure);
