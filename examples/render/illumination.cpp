@@ -79,13 +79,17 @@ Illumination from_pane(const lightmesh::RectLight& pane, const glm::vec3& intens
             intensity * (static_cast<float>(length) / area * window(distance, pane.range))};
 }
 
+/// `disc_radius`: of a disc that faces the point, 0 for a point.
 Illumination from_position(const glm::vec3& position, float range, const glm::vec3& intensity,
-                           const glm::vec3& point) {
+                           const glm::vec3& point, float disc_radius = 0.0f) {
     const glm::vec3 way = position - point;
     const float distance = glm::length(way);
     if (!(distance > 0.0f))
         return {glm::vec3(0.0f), glm::vec3(0.0f)};
-    return {way / distance, intensity * (window(distance, range) / (distance * distance))};
+    Illumination found{way / distance, intensity * (window(distance, range) / (distance * distance))};
+    if (disc_radius > 0.0f)
+        found.irradiance *= disc_share(disc_radius, distance);
+    return found;
 }
 
 /// The light's end of a ray: off what the lamp hangs on, but at most half of the way.
@@ -116,9 +120,8 @@ Illumination illuminate(const SceneLight& light, const glm::vec3& point) {
         return found;
     }
     const auto& lamp = std::get<lightmesh::PointLight>(light.shape);
-    Illumination found = from_position(lamp.position, lamp.range, light.intensity, point);
-    if (light.fall_off == FallOff::lamps && found.irradiance != glm::vec3(0.0f))
-        found.irradiance *= disc_share(lamp.radius, glm::distance(lamp.position, point));
+    Illumination found = from_position(lamp.position, lamp.range, light.intensity, point,
+                                       light.fall_off == FallOff::lamps ? lamp.radius : 0.0f);
     if (light.facing != glm::vec3(0.0f))
         found.irradiance *= std::abs(glm::dot(light.facing, found.to_light));
     return found;
