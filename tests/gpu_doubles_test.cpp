@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The shaders' doubles, compiled as C++, against those of the processor.
 
+#include "glsl.hpp"
+
 #include <doctest/doctest.h>
-#include <glm/common.hpp>
-#include <glm/exponential.hpp>
-#include <glm/integer.hpp>
-#include <glm/vec2.hpp>
 
 #include <bit>
 #include <cmath>
@@ -16,30 +14,7 @@ namespace {
 
 namespace shader {
 
-using glm::abs;
-using glm::clamp;
-using glm::findMSB;
-using glm::min;
-using glm::uvec2;
-using glm::vec2;
-using uint = std::uint32_t;
-
-uint floatBitsToUint(float value) {
-    return std::bit_cast<uint>(value);
-}
-float uintBitsToFloat(uint bits) {
-    return std::bit_cast<float>(bits);
-}
-void umulExtended(uint a, uint b, uint& high, uint& low) {
-    const std::uint64_t product = std::uint64_t{a} * b;
-    high = static_cast<uint>(product >> 32);
-    low = static_cast<uint>(product);
-}
-/// As far off as a device's may be.
-float sqrt(float value) {
-    static std::uint32_t turn = 0;
-    return uintBitsToFloat(floatBitsToUint(std::sqrt(value)) + turn++ % 7 - 3);
-}
+using namespace test::glsl;
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -50,14 +25,8 @@ float sqrt(float value) {
 
 }  // namespace shader
 
-shader::uvec2 words_of(double value) {
-    // Without a negative zero.
-    const auto bits = std::bit_cast<std::uint64_t>(value + 0.0);
-    return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
-}
-double double_of(const shader::uvec2& words) {
-    return std::bit_cast<double>(words.x | static_cast<std::uint64_t>(words.y) << 32);
-}
+using test::glsl::double_of;
+using test::glsl::words_of;
 
 /// Numbers with many and with few digits, near to each other and far apart.
 class Numbers {
@@ -86,7 +55,7 @@ private:
 
 }  // namespace
 
-TEST_CASE("doubles by integers: sums, products, quotients and comparisons") {
+TEST_CASE("doubles by integers: sums, products, quotients, roots and comparisons") {
     Numbers numbers;
     int wrong = 0;
     for (int i = 0; i < 1'000'000; ++i) {
@@ -100,6 +69,11 @@ TEST_CASE("doubles by integers: sums, products, quotients and comparisons") {
         wrong += shader::lightmesh_double_less(x, y) != (a < b);
         if (b != 0.0 && i % 4 == 0)
             wrong += double_of(shader::lightmesh_double_divide(x, y)) != a / b;
+        if (i % 4 == 1) {
+            wrong +=
+                double_of(shader::lightmesh_double_sqrt(words_of(std::abs(a)))) != std::sqrt(std::abs(a));
+            wrong += double_of(shader::lightmesh_double_sqrt(words_of(a * a))) != std::sqrt(a * a);
+        }
     }
     CHECK(wrong == 0);
 }

@@ -4,6 +4,7 @@
 #include "gpu/gpu_rays.hpp"
 #include "gpu/gpu_renderer.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu/lamp_shares.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/segment_rays.hpp"
 #include "gpu/uploaded.hpp"
@@ -23,6 +24,7 @@
 #include "temporary_folder.hpp"
 #include "watched_device.hpp"
 
+#include <lightmesh/cache/lamp_ray_list.hpp>
 #include <lightmesh/light_mesh.hpp>
 
 #include <doctest/doctest.h>
@@ -190,19 +192,31 @@ ListedRays other_lamp_rays(const demo::ComputeDevice& device, const demo::Scene&
     const auto points = test::seen_points(embree, scene.lights.size() > 8 ? 3 : 6);
     ListedRays rays;
     // So few points are filled by one thread.
-    demo::fill_by_lists(cache, points, [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) {
-        shaders(segments, hit, nullptr);
-        std::vector<std::uint8_t> expected(segments.size());
-        cache.tracer().occluded(segments, expected);
-        for (std::size_t i = 0; i < segments.size(); ++i) {
-            rays.differing += hit[i] != expected[i] ? 1u : 0u;
-            rays.seen += hit[i] == 0 ? 1u : 0u;
-        }
-        rays.all += segments.size();
+    demo::fill_by_lists(cache, points, [&](const lightmesh::LampRayList& list) {
+        cache.fill(list, [&](std::span<const Segment> segments, std::span<std::uint8_t> hit) {
+            shaders(segments, hit, nullptr);
+            std::vector<std::uint8_t> expected(segments.size());
+            cache.tracer().occluded(segments, expected);
+            for (std::size_t i = 0; i < segments.size(); ++i) {
+                rays.differing += hit[i] != expected[i] ? 1u : 0u;
+                rays.seen += hit[i] == 0 ? 1u : 0u;
+            }
+            rays.all += segments.size();
+        });
     });
     CHECK(shaders.spent().rays == rays.all);
     CHECK(cache.statistics().listed_rays == rays.all);
     CHECK(cache.statistics().lamp_rays == 0);
+
+    // The same rays, made by shaders.
+    const demo::SceneCache other = demo::cache_of(embree, options);
+    demo::LampShares shares(device, copy);
+    demo::fill_by_lists(other, points, [&](const lightmesh::LampRayList& list) {
+        other.fill_shares(list, [&](auto work, auto found) { shares(work, found, nullptr); });
+    });
+    CHECK(other.snapshot() == cache.snapshot());
+    CHECK(shares.spent().rays == rays.all);
+    CHECK(other.statistics().listed_rays == rays.all);
     return rays;
 }
 
@@ -353,6 +367,15 @@ TEST_CASE("gpu frame: what is cancelled stores nothing") {
     std::vector<std::uint8_t> hit(1);
     CHECK_THROWS_AS(segments(random_segments(scene, 1), hit, &cancel), demo::Cancelled);
     CHECK(segments.spent().rays == 0);
+
+    const demo::SceneCache cache = demo::cache_of(embree, demo::options_of(scene));
+    lightmesh::LampRayList missing;
+    cache.list_lamp_rays(test::seen_points(embree, 4), missing);
+    demo::LampShares shares(device, copy);
+    CHECK_THROWS_AS(cache.fill_shares(missing, [&](auto work, auto found) { shares(work, found, &cancel); }),
+                    demo::Cancelled);
+    CHECK(cache.statistics().rows == 0);
+    CHECK(shares.spent().rays == 0);
 }
 
 TEST_CASE("gpu frame: one triangle, and rays along the axes") {

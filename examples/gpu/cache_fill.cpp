@@ -22,7 +22,7 @@ constexpr std::size_t points_to_fill = 4096;
 constexpr std::size_t points_to_list = 64;
 
 /// What is listed for a point tells whether finer records will be needed.
-void fill_part(const SceneCache& cache, Points points, const TraceSegments& trace) {
+void fill_part(const SceneCache& cache, Points points, const FillList& fill) {
     std::vector<Points> lacking;
     for (std::size_t first = 0; first < points.size(); first += points_to_list)
         lacking.push_back(points.subspan(first, (std::min)(points_to_list, points.size() - first)));
@@ -34,16 +34,16 @@ void fill_part(const SceneCache& cache, Points points, const TraceSegments& trac
             all.add(list);
             return list.is_empty();
         });
-        cache.fill(all, trace);
+        fill(all);
     }
 }
 
 }  // namespace
 
-void fill_by_lists(const SceneCache& cache, Points points, const TraceSegments& trace) {
+void fill_by_lists(const SceneCache& cache, Points points, const FillList& fill) {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, points.size(), points_to_fill),
-        [&](const auto& part) { fill_part(cache, points.subspan(part.begin(), part.size()), trace); });
+        [&](const auto& part) { fill_part(cache, points.subspan(part.begin(), part.size()), fill); });
 }
 
 }  // namespace demo

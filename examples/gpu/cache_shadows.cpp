@@ -2,12 +2,13 @@
 #include "gpu/cache_shadows.hpp"
 
 #include "gpu/cache_fill.hpp"
-#include "gpu/segment_rays.hpp"
+#include "gpu/lamp_shares.hpp"
 #include "gpu/uploaded.hpp"
 #include "render/follow_scene.hpp"
 #include "render/lamps.hpp"
 #include "render/scene_cache.hpp"
 
+#include <lightmesh/cache/lamp_ray_list.hpp>
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/surface_point.hpp>
 
@@ -37,7 +38,7 @@ constexpr int enough_fills = 8;
 struct CacheShadows::Parts {
     Parts(const ComputeDevice& on, const EmbreeScene& scene, const GpuScene& copy,
           const VisibilityOptions& of_cache, std::size_t pixels)
-        : device(on), options(of_cache), rays(on, copy), cache(cache_of(scene, of_cache)),
+        : device(on), options(of_cache), shares(on, copy), cache(cache_of(scene, of_cache)),
           uploaded(on, cache.snapshot()), row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)),
           answers(on, std::size_t{16}), no_requests(CacheUpload::empty_requests(pixels)),
           requests(on, no_requests) {}
@@ -45,7 +46,9 @@ struct CacheShadows::Parts {
     void upload() { uploaded.update(cache.snapshot()); }
 
     void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
-        fill_by_lists(cache, points, [&](auto segments, auto hit) { rays(segments, hit, cancel); });
+        fill_by_lists(cache, points, [&](const lightmesh::LampRayList& list) {
+            cache.fill_shares(list, [&](auto work, auto found) { shares(work, found, cancel); });
+        });
         upload();
     }
 
@@ -66,7 +69,7 @@ struct CacheShadows::Parts {
 
     ComputeDevice device;
     VisibilityOptions options;
-    SegmentRays rays;
+    LampShares shares;
     SceneCache cache;
     UploadedCache uploaded;
     std::vector<std::uint32_t> row_of_pixel;
@@ -141,7 +144,7 @@ lightmesh::CacheStatistics CacheShadows::statistics() const {
 }
 
 DeviceFill CacheShadows::spent() const {
-    return parts_->rays.spent();
+    return parts_->shares.spent();
 }
 
 }  // namespace demo

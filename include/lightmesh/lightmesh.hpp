@@ -33,6 +33,7 @@
 #include <lightmesh/fill/long_test_list.hpp>
 #include <lightmesh/fill/map_source.hpp>
 #include <lightmesh/fill/segment_tracer.hpp>
+#include <lightmesh/fill/share_finder.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/fill/volume_source.hpp>
 #include <lightmesh/light_mesh.hpp>

@@ -9,12 +9,14 @@
 #include <lightmesh/cache/merge.hpp>
 #include <lightmesh/cache/query.hpp>
 #include <lightmesh/cache/row_list_fill.hpp>
+#include <lightmesh/cache/share_list_fill.hpp>
 #include <lightmesh/cache/snapshot_format.hpp>
 #include <lightmesh/cache/snapshot_reader.hpp>
 #include <lightmesh/cache/snapshot_writer.hpp>
 #include <lightmesh/cache/store.hpp>
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/fill/segment_tracer.hpp>
+#include <lightmesh/fill/share_finder.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/scene_change.hpp>
@@ -192,6 +194,19 @@ public:
     template <SegmentTracer Trace>
     void fill(const LampRayList& list, Trace&& trace) const requires std::same_as<Rows, LampRows> {
         detail::RowListFill<Store, std::remove_reference_t<Trace>>(*store_, trace).run(list.rows_.entries());
+    }
+
+    /// The same by the caller's shaders, which make the rays, trace them and count: lamp_shares.glsl, with a
+    /// tracer of the caller's. What takes rays on the CPU is only to see where records stand and what lies
+    /// around them. May be called as `fill` is. Throws what the shaders and the cache's tracer throw, and
+    /// std::bad_alloc.
+    ///
+    ///     cache.fill_shares(missing, [&](std::span<const std::byte> work, std::span<std::uint32_t> found) {
+    ///         // write `work` to a buffer, dispatch (found.size() + 3) / 4 workgroups, read `found` back
+    ///     });
+    template <ShareFinder Find>
+    void fill_shares(const LampRayList& list, Find&& find) const requires std::same_as<Rows, LampRows> {
+        detail::ShareListFill<Store, std::remove_reference_t<Find>>(*store_, find).run(list.rows_.entries());
     }
 
     /// All that the cache knows, as one block of bytes that can be saved, sent, merged into another cache,

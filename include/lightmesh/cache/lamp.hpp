@@ -41,18 +41,28 @@ public:
     }
 
     const LightShape& shape() const { return shape_; }
+    bool is_rectangle() const { return is_rectangle_; }
+    /// The half sides of a rectangle, else 0.
+    const glm::dvec3& half_u() const { return half_u_; }
+    const glm::dvec3& half_v() const { return half_v_; }
+    /// The radius, of a directional light at a distance; of a rectangle 0.
+    double radius(double distance) const { return shape_.is_directional ? size_ * distance : size_; }
     /// Whether one ray says all.
     bool is_point() const { return !is_rectangle_ && size_ == 0.0; }
+    /// How far above its centre a lamp that is no rectangle reaches; of a directional light at distance 1.
+    double top() const { return shape_.is_directional ? size_ / std::sqrt(1.0 + size_ * size_) : size_; }
+    /// How far short of its centre rays end, for its size.
+    double rest() const { return 1.15 * size_; }
 
     /// Whether all of the lamp lies below the plane through a point.
     bool is_below(const glm::vec3& point, const glm::vec3& unit_normal) const {
         const glm::dvec3 n(unit_normal);
         if (shape_.is_directional)
-            return glm::dot(n, glm::dvec3(shape_.at)) < -size_ / std::sqrt(1.0 + size_ * size_);
+            return glm::dot(n, glm::dvec3(shape_.at)) < -top();
         const double height = glm::dot(n, glm::dvec3(shape_.at) - glm::dvec3(point));
         if (is_rectangle_)
             return height < -std::abs(glm::dot(n, half_u_)) - std::abs(glm::dot(n, half_v_));
-        return height < -size_;
+        return height < -top();
     }
 
     /// Whether the plane through a point leaves some of the lamp below.
@@ -91,25 +101,27 @@ public:
         View(const Lamp& lamp, const glm::vec3& origin, std::uint32_t turn, double step, double reach)
             : origin_(origin), turn_bits_(turn), is_rectangle_(lamp.is_rectangle_) {
             const LightShape& shape = lamp.shape_;
-            if (shape.is_directional) {
-                middle_ = glm::dvec3(shape.at) * reach;
-                span_disc(lamp.size_ * reach);
-                return;
-            }
-            middle_ = glm::dvec3(shape.at) - glm::dvec3(origin);
+            const bool is_directional = shape.is_directional;
+            middle_ =
+                is_directional ? glm::dvec3(shape.at) * reach : glm::dvec3(shape.at) - glm::dvec3(origin);
             const double distance = glm::length(middle_);
-            // Lamps do not shadow themselves: rays end short of the sphere, of the point, of the pane.
-            const auto end = static_cast<double>(end_offset(shape.at, static_cast<float>(step)));
-            const double rest = (std::max)(end, 1.15 * lamp.size_);
-            const double least = lamp.is_point() || lamp.is_rectangle_ ? 0.5 : 0.3;
-            share_ = distance > 0.0 ? (std::max)(least, 1.0 - rest / distance) : 0.0;
-            if (share_ * distance > reach)
-                share_ = reach / distance;
+            const double inverse = distance > 0.0 ? 1.0 / distance : 0.0;
+            if (!is_directional) {
+                // Lamps do not shadow themselves: rays end short of the sphere, of the point, of the pane.
+                const auto end = static_cast<double>(end_offset(shape.at, static_cast<float>(step)));
+                const double rest = (std::max)(end, lamp.rest());
+                const double least = lamp.is_point() || lamp.is_rectangle_ ? 0.5 : 0.3;
+                share_ = distance > 0.0 ? (std::max)(least, 1.0 - rest * inverse) : 0.0;
+                if (share_ * distance > reach)
+                    share_ = reach * inverse;
+            }
             if (is_rectangle_) {
                 u_ = lamp.half_u_;
                 v_ = lamp.half_v_;
-            } else {
-                span_disc(lamp.size_);
+            } else if (!lamp.is_point()) {
+                radius_ = lamp.radius(reach);
+                turn_ = radius_ * turn_of(turn_bits_);
+                span_disc(distance > 0.0 ? middle_ * inverse : glm::dvec3(0.0, 0.0, 1.0));
             }
         }
 
@@ -137,29 +149,27 @@ public:
             if (i < disc_points.size())
                 return disc_point(i, turn_);
             const auto turns = static_cast<std::uint32_t>(i / disc_points.size());
-            return disc_point(i % disc_points.size(), turn_of(turn_bits_ + 256u * turns));
+            return disc_point(i % disc_points.size(), radius_ * turn_of(turn_bits_ + 256u * turns));
         }
 
-        /// The disc of this radius that faces the origin. Basis: Duff et al., "Building an Orthonormal Basis,
-        /// Revisited" (JCGT 2017).
-        void span_disc(double radius) {
-            if (radius == 0.0)
-                return;
-            const double length = glm::length(middle_);
-            const glm::dvec3 n = length > 0.0 ? middle_ / length : glm::dvec3(0.0, 0.0, 1.0);
+        /// Across a direction. Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017).
+        void span_disc(const glm::dvec3& n) {
             const double sign = n.z < 0.0 ? -1.0 : 1.0;
             const double a = -1.0 / (sign + n.z);
             const double b = n.x * n.y * a;
-            u_ = radius * glm::dvec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
-            v_ = radius * glm::dvec3(b, sign + n.y * n.y * a, -n.y);
-            turn_ = turn_of(turn_bits_);
+            u_ = glm::dvec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
+            v_ = glm::dvec3(b, sign + n.y * n.y * a, -n.y);
         }
 
         glm::vec3 origin_;
         std::uint32_t turn_bits_;
         bool is_rectangle_;
         double share_ = 1.0;
-        glm::dvec2 turn_{1.0, 0.0};
+        /// Of a disc, and the turn of its pattern, times that.
+        double radius_ = 0.0;
+        glm::dvec2 turn_{0.0};
+        /// The way to the lamp's centre; half sides of a rectangle, or directions of a disc that faces the
+        /// origin.
         glm::dvec3 middle_{0.0}, u_{0.0}, v_{0.0};
     };
 

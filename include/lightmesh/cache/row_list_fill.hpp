@@ -19,6 +19,25 @@
 
 namespace lightmesh::detail {
 
+/// A row that a list names, as far as it is still to be found.
+struct ListedRow {
+    Record* record;
+    std::size_t tile;
+    std::uint64_t wanted;  ///< lights; 0: there is nothing to find
+    Column column;
+};
+
+template <class Store>
+ListedRow listed_row(const Store& store, const RowTable::Entry& row) {
+    // Updates since it was listed may have forgotten the record, or taken out lights.
+    const RecordEntry entry = store.table().find(row.key.record);
+    if (!entry || row.key.tile >= store.lamps().tile_count() || store.is_full())
+        return {};
+    const std::uint64_t wanted = row.mask & ~store.known_row(*entry.record, row.key.tile).known;
+    return {entry.record, row.key.tile, wanted,
+            column_of(store.lattice(), entry.key, *entry.record, entry.key.facing(), true)};
+}
+
 /// Finds rows of many records at once by a caller's own tracer, round by round, and keeps them: the same
 /// values as `CacheStore::row`.
 template <class Store, SegmentTracer Trace>
@@ -51,17 +70,13 @@ private:
     static constexpr std::size_t most_works = std::size_t{1} << 14;
 
     void add(const RowTable::Entry& row) {
-        // Updates since it was listed may have forgotten the record, or taken out lights.
-        const RecordEntry entry = store_.table().find(row.key.record);
-        if (!entry || row.key.tile >= store_.lamps().tile_count() || store_.is_full())
+        const ListedRow listed = listed_row(store_, row);
+        if (listed.wanted == 0)
             return;
-        const std::uint64_t wanted = row.mask & ~store_.known_row(*entry.record, row.key.tile).known;
-        if (wanted == 0)
-            return;
-        const Column column = column_of(store_.lattice(), entry.key, *entry.record, entry.key.facing(), true);
-        works_.push_back({entry.record, row.key.tile, wanted,
-                          LampTally(store_.lamps(), row.key.tile, store_.look_of(column), wanted)});
-        values_begun_ += static_cast<std::size_t>(std::popcount(wanted));
+        works_.push_back(
+            {listed.record, listed.tile, listed.wanted,
+             LampTally(store_.lamps(), listed.tile, store_.look_of(listed.column), listed.wanted)});
+        values_begun_ += static_cast<std::size_t>(std::popcount(listed.wanted));
     }
 
     void find() {

@@ -124,7 +124,8 @@ uvec2 lightmesh_double_divide(uvec2 a, uvec2 b) {
     uvec2 rest = lightmesh_double_bits(a), by = lightmesh_double_bits(b), quotient = uvec2(0u);
     rest = uvec2(rest.x >> 1 | rest.y << 31, rest.y >> 1);
     by = uvec2(by.x >> 1 | by.y << 31, by.y >> 1);
-    for (int i = 0; i < 64; ++i) {
+    // 53 bits, and two or three below.
+    for (int i = 0; i < 56; ++i) {
         bool is_there = rest.y > by.y || (rest.y == by.y && rest.x >= by.x);
         quotient = uvec2(quotient.x << 1 | (is_there ? 1u : 0u), quotient.y << 1 | quotient.x >> 31);
         rest -= is_there ? uvec2(by.x, by.y + (rest.x < by.x ? 1u : 0u)) : uvec2(0u);
@@ -132,7 +133,26 @@ uvec2 lightmesh_double_divide(uvec2 a, uvec2 b) {
     }
     quotient.x |= (rest.x | rest.y) != 0u ? 1u : 0u;
     return lightmesh_double_round((a.y ^ b.y) & 0x80000000u,
-                                  lightmesh_double_exponent(a) - lightmesh_double_exponent(b), quotient);
+                                  lightmesh_double_exponent(a) - lightmesh_double_exponent(b) + 8, quotient);
+}
+
+// The square root; `a` is not negative.
+uvec2 lightmesh_double_sqrt(uvec2 a) {
+    uvec2 square = lightmesh_double_bits(a), rest = uvec2(0u), root = uvec2(0u);
+    int exponent = lightmesh_double_exponent(a);
+    if ((exponent & 1) == 0)
+        square = uvec2(square.x >> 1 | square.y << 31, square.y >> 1);
+    // Two bits of the square for each of the root's: 53, and two below.
+    for (int i = 0; i < 55; ++i) {
+        rest = uvec2(rest.x << 2 | square.y >> 30, rest.y << 2 | rest.x >> 30);
+        square = uvec2(square.x << 2, square.y << 2 | square.x >> 30);
+        uvec2 more = uvec2(root.x << 2 | 1u, root.y << 2 | root.x >> 30);
+        bool is_there = rest.y > more.y || (rest.y == more.y && rest.x >= more.x);
+        root = uvec2(root.x << 1 | (is_there ? 1u : 0u), root.y << 1 | root.x >> 31);
+        rest -= is_there ? uvec2(more.x, more.y + (rest.x < more.x ? 1u : 0u)) : uvec2(0u);
+    }
+    root.x |= (rest.x | rest.y) != 0u ? 1u : 0u;
+    return lightmesh_double_round(0u, (exponent >> 1) + 9, root);
 }
 
 // The greatest integer that is not greater; of magnitude below 2^31.
