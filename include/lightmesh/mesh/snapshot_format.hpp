@@ -4,14 +4,18 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/settings.hpp>
+#include <lightmesh/support/prefetch.hpp>
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <type_traits>
+#include <utility>
 #include <variant>
 
 /// One block of bytes that holds all of a mesh, and can stand anywhere in memory:
@@ -135,13 +139,18 @@ inline Light light_of(const LightRecord& record) {
 /// a single word that differs always shows.
 inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     constexpr std::uint64_t factor = 0x9e3779b97f4a7c15u;
+    constexpr std::size_t lines_ahead = 32;
     std::array<std::uint64_t, 8> lanes{1, 2, 3, 4, 5, 6, 7, 8};
     std::size_t at = 0;
     for (; at + 64 <= bytes.size(); at += 64) {
+        prefetch(bytes.data() + (std::min)(at + 64 * lines_ahead, bytes.size()));
         std::array<std::uint64_t, 8> words;
         std::memcpy(words.data(), bytes.data() + at, 64);
-        for (std::size_t lane = 0; lane < 8; ++lane)
-            lanes[lane] = ((lanes[lane] ^ words[lane]) * factor) ^ (lanes[lane] >> 32);
+        // Without a loop, for which compilers keep the lanes in memory.
+        [&]<std::size_t... lane>(std::index_sequence<lane...>) {
+            ((lanes[lane] = ((lanes[lane] ^ words[lane]) * factor) ^ (lanes[lane] >> 32)), ...);
+        }
+        (std::make_index_sequence<8>());
     }
     std::array<std::uint64_t, 8> rest{};
     if (at < bytes.size())
