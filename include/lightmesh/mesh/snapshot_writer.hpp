@@ -42,7 +42,8 @@ inline std::array<std::uint64_t, level_section_count> level_counts(const Snapsho
 class LevelCopy {
 public:
     LevelCopy(const MeshData& data, SnapshotWriter& block)
-        : mesh_(data.view()), block_(block), first_(level_counts(block)) {}
+        : mesh_(data.view()), tile_count_(mesh_.lights->tile_count()),
+          flood_slots_(FloodBox::slots(mesh_.grid->quality())), block_(block), first_(level_counts(block)) {}
 
     /// Throws std::bad_alloc.
     void run() {
@@ -77,12 +78,27 @@ private:
                 prefetch(bricks_.back().second);
             }
         for (const auto& [slot, brick] : bricks_)
-            for (std::size_t t = 0; t < mesh_.lights->tile_count(); ++t)
+            for (std::size_t t = 0; t < tile_count_; ++t)
                 prefetch(mesh_.find_tile(*brick, t));
+        for (const auto& [slot, brick] : bricks_)
+            for (std::size_t t = 0; t < tile_count_; ++t)
+                if (const BrickTile* tile = mesh_.find_tile(*brick, t))
+                    prefetch_cells(*tile);
         Region copied{region.key, {}};
         for (const auto& [slot, brick] : bricks_)
             copied.bricks[slot] = copy_brick(*brick);
         block_.add<regions_section>(copied);
+    }
+
+    /// Cells that were found together lie side by side.
+    void prefetch_cells(const BrickTile& tile) const {
+        for (const std::uint32_t& cell : tile.cells) {
+            const CellIndex at{load_relaxed(cell)};
+            if (at.is_words()) {
+                prefetch(&mesh_.words[at.index()]);
+                return;
+            }
+        }
     }
 
     /// Index plus one of the copy.
@@ -102,11 +118,10 @@ private:
 
     /// `Brick::tiles` of the copy.
     std::uint32_t copy_tiles(const Brick& brick) {
-        const std::size_t tile_count = mesh_.lights->tile_count();
-        if (tile_count == 1)
+        if (tile_count_ == 1)
             return copy_tile(mesh_.find_tile(brick, 0));
         const std::uint32_t first = size_of<tile_indices_section>();
-        for (std::size_t t = 0; t < tile_count; ++t)
+        for (std::size_t t = 0; t < tile_count_; ++t)
             block_.add<tile_indices_section>(copy_tile(mesh_.find_tile(brick, t)));
         return first;
     }
@@ -161,7 +176,6 @@ private:
 
     /// Index plus one of the last copy; in the order of the seeds.
     std::uint32_t copy_floods(const Brick& brick) {
-        const std::size_t slots = FloodBox::slots(mesh_.grid->quality());
         floods_.clear();
         for (std::uint32_t flood = load_acquire(brick.floods); flood != 0;) {
             const std::uint64_t* record = &mesh_.words[flood - 1];
@@ -172,7 +186,7 @@ private:
         std::uint32_t last = 0;
         for (const auto& [seed_bit, record] : floods_) {
             const std::uint32_t index = size_of<words_section>();
-            copy_words(record, FloodView(record).size(slots))[0] =
+            copy_words(record, FloodView(record).size(flood_slots_))[0] =
                 static_cast<std::uint64_t>(seed_bit) << 32 | last;
             last = index + 1;
         }
@@ -180,6 +194,8 @@ private:
     }
 
     MeshView mesh_;
+    std::size_t tile_count_;
+    std::size_t flood_slots_;
     SnapshotWriter& block_;
     std::array<std::uint64_t, level_section_count> first_;
     std::vector<std::pair<std::size_t, const Brick*>> bricks_;  ///< of a region, by their slots
