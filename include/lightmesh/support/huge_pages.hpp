@@ -16,17 +16,15 @@ inline constexpr std::size_t huge_block_bytes = std::size_t{1} << 22;
 /// Tells the system that all of a block is about to be written, so that it may give large pages: a fault for
 /// each small one takes longer than writing it. Changes nothing else, and nothing where the block is small or
 /// the system has no such pages.
-inline void prefer_huge_pages([[maybe_unused]] const void* first, [[maybe_unused]] std::size_t bytes) {
+inline void prefer_huge_pages([[maybe_unused]] void* first, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
     if (bytes < huge_block_bytes)
         return;
-    // Out to whole pages, of any size that Linux has for its small ones: advice on a neighbour's bytes in
-    // them does no harm.
-    constexpr std::uintptr_t page = 4096;
-    const auto begin = reinterpret_cast<std::uintptr_t>(first) / page * page;
-    const auto end = (reinterpret_cast<std::uintptr_t>(first) + bytes + page - 1) / page * page;
+    // From the beginning of a page, as Linux wants it: what stands there before the block is not hurt.
+    constexpr std::size_t page = 4096;
+    const std::size_t before = reinterpret_cast<std::uintptr_t>(first) % page;
     // Advice that is not taken is no error.
-    static_cast<void>(madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE));
+    static_cast<void>(madvise(static_cast<std::byte*>(first) - before, bytes + before, MADV_HUGEPAGE));
 #endif
 }
 
