@@ -82,7 +82,7 @@ private:
         if (i + records_ahead >= all.size())
             return;
         prefetch(all[i + records_ahead].record);
-        table_.pool().fetch_ahead(all[i + rows_ahead].record->rows.load(std::memory_order_relaxed));
+        table_.pool().fetch_ahead(all[i + rows_ahead].record->rows.load(std::memory_order_acquire));
     }
 
     void copy_rows(Record& record) {

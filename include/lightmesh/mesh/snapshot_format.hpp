@@ -15,7 +15,6 @@
 #include <cstring>
 #include <span>
 #include <type_traits>
-#include <utility>
 #include <variant>
 
 /// One block of bytes that holds all of a mesh, and can stand anywhere in memory:
@@ -25,8 +24,8 @@
 /// Sections begin at multiples of 64 bytes. From the region slots on they hold what the levels know (see
 /// `level.hpp`), level by level. Their structs are those of a live mesh (see `brick.hpp`), with the same
 /// indices from one to the other, counted from where the level's own begin; regions stand in the order of
-/// their keys, and all else in the order in which regions, bricks and cells name it: meshes that know the
-/// same have the same bytes.
+/// their keys, and all else in the order in which regions, bricks and cells name it, each part once: meshes
+/// that know the same have the same bytes, and a reader takes no others.
 
 namespace lightmesh::detail {
 

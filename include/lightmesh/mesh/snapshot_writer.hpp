@@ -30,7 +30,7 @@ namespace lightmesh::detail {
 using SnapshotWriter = BlockWriter<SnapshotHeader, LightRecord, SnapshotLevelRecord, std::uint32_t, Region,
                                    Brick, std::uint32_t, BrickTile, CellRow, std::uint64_t>;
 
-/// How many structs of each section the levels have so far; zeroes for those that levels have no part of.
+/// How many structs the levels have so far, of each section of which they have a part.
 inline std::array<std::uint64_t, level_section_count> level_counts(const SnapshotWriter& block) {
     std::array<std::uint64_t, level_section_count> counts;
     std::copy_n(block.counts().begin() + first_level_section, level_section_count, counts.begin());
@@ -63,11 +63,12 @@ public:
     static std::size_t slots_for(std::size_t regions) { return std::bit_ceil(2 * regions + 2); }
 
 private:
-    /// How much of a section is the level's own by now.
+    /// How many of a section's structs are the level's own by now.
     template <SnapshotSectionName section>
     std::uint32_t size_of() const {
         return static_cast<std::uint32_t>(block_.counts()[section] - first_[section - first_level_section]);
     }
+
     /// In rounds, each of which has fetched from memory what the next one reads: bricks lie there in the
     /// order in which somebody asked for them.
     void copy_region(const Region& region) {
@@ -93,7 +94,7 @@ private:
     /// Cells that were found together lie side by side.
     void prefetch_cells(const BrickTile& tile) const {
         for (const std::uint32_t& cell : tile.cells) {
-            const CellIndex at{load_relaxed(cell)};
+            const CellIndex at{load_acquire(cell)};
             if (at.is_words()) {
                 prefetch(&mesh_.words[at.index()]);
                 return;
