@@ -175,6 +175,50 @@ TEST_CASE("an allocation that fails while a level is made loses and changes noth
     CHECK(failures > 5);
 }
 
+TEST_CASE("an allocation that fails while a snapshot is taken or merged loses and changes nothing") {
+    test::Random random(35);
+    const auto scene = test::boxes_on_floor(random, 2);
+    const auto lights = test::random_lights(random, 70);
+    const lightmesh::Settings settings{.radius = 0.7f, .quality = 2.0f};
+    std::vector<float> all(lights.size());
+    const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights, settings};
+    for (const test::SurfacePoint& p : test::surface_points(random, scene, 5))
+        mesh.visibility(p.position, p.normal, all);
+    const std::vector<std::byte> expected = mesh.snapshot();
+    /// How many allocations `try_once` makes: each of them fails once.
+    const auto failures_of = [](auto&& try_once) {
+        std::size_t failures = 0;
+        for (bool has_failed = true; has_failed; failures += has_failed ? 1 : 0) {
+            has_failed = false;
+            failing = allocations.load() + failures + 1;
+            try {
+                try_once();
+            } catch (const std::bad_alloc&) {
+                has_failed = true;
+            }
+            failing = 0;
+        }
+        return failures;
+    };
+    std::vector<std::byte> taken;
+    CHECK(failures_of([&] { taken = mesh.snapshot(); }) > 1);
+    CHECK(taken == expected);
+    // One mesh meets all failures, one after the other.
+    lightmesh::LightMesh restored{test::PlainTracer{&scene}, lights, settings};
+    const std::vector<std::byte> nothing = restored.snapshot();
+    const std::size_t failures = failures_of([&] {
+        try {
+            restored.merge(expected);
+        } catch (const std::bad_alloc&) {
+            failing = 0;
+            CHECK(restored.snapshot() == nothing);
+            throw;
+        }
+    });
+    CHECK(failures > 5);
+    CHECK(restored.snapshot() == expected);
+}
+
 TEST_CASE("a warm query of a visibility cache allocates nothing") {
     test::Random random(32);
     const auto scene = test::boxes_on_floor(random, 3);

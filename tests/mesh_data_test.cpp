@@ -71,6 +71,32 @@ TEST_CASE("a pool's elements are zero, stay where they are, and lie side by side
     CHECK(pool.bytes() < 10 * expected.size());
 }
 
+TEST_CASE("a pool that was given its first elements hands out zeroed ones after them") {
+    for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{5000}}) {
+        lightmesh::detail::Pool<std::uint64_t> pool;
+        std::vector<std::uint64_t> given(count);
+        for (std::size_t i = 0; i < count; ++i)
+            given[i] = 3 * i + 1;
+        pool.reserve_first(2 * count);  // as if what came after it had failed
+        pool.reserve_first(count);
+        CHECK(pool.size() == 0);
+        pool.allocate_first(given);
+        CHECK(pool.size() == count);
+        for (int i = 0; i < 3000; ++i) {
+            const std::uint32_t index = pool.allocate(2);
+            CHECK(index >= count);
+            CHECK((pool[index] | pool[index + 1]) == 0);
+            CHECK(&pool[index + 1] == &pool[index] + 1);
+            pool[index] = pool[index + 1] = ~std::uint64_t{0};
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            CHECK(pool[static_cast<std::uint32_t>(i)] == given[i]);
+            CHECK(&pool[static_cast<std::uint32_t>(i)] == &pool[0] + i);
+        }
+        CHECK(pool.bytes() < 10 * (count + 6000));
+    }
+}
+
 TEST_CASE("bricks are found by their coordinates, wherever they lie") {
     MeshData data = make_data(3);
     test::Random random(32);

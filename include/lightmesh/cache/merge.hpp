@@ -82,6 +82,8 @@ private:
     }
 
     void check_same_scene() const {
+        if (store_.table().record_count() == 0)
+            return;
         std::uint64_t compared = 0;
         std::uint64_t differing = 0;
         for (const StoredRecord& stored : from_.records()) {

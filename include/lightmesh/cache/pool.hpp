@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/support/prefetch.hpp>
+
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -60,22 +62,14 @@ public:
     }
 
     /// Asks for a block's memory before it is needed.
-    void fetch_ahead(std::uint32_t index) const {
-#if defined(__GNUC__)
-        __builtin_prefetch(at(index));
-#endif
-    }
+    void fetch_ahead(std::uint32_t index) const { prefetch(at(index)); }
 
     std::size_t bytes() const {
         return chunk_count_.load(std::memory_order_relaxed) * chunk_units * sizeof(Unit) + least_bytes();
     }
-    static constexpr std::size_t least_bytes() {
-        return chunk_limit * sizeof(std::atomic<Unit*>);
-    }
+    static constexpr std::size_t least_bytes() { return chunk_limit * sizeof(std::atomic<Unit*>); }
     /// What of it was given back and waits for its next use.
-    std::size_t free_bytes() const {
-        return free_units_.load(std::memory_order_relaxed) * sizeof(Unit);
-    }
+    std::size_t free_bytes() const { return free_units_.load(std::memory_order_relaxed) * sizeof(Unit); }
 
 private:
     using Unit = std::atomic<std::uint64_t>;

@@ -148,6 +148,13 @@ public:
         return counts_[level].load(std::memory_order_relaxed);
     }
 
+    std::size_t record_count() const {
+        std::size_t sum = 0;
+        for (const std::atomic<std::size_t>& count : counts_)
+            sum += count.load(std::memory_order_relaxed);
+        return sum;
+    }
+
 private:
     static constexpr std::uint32_t first_size = 16;
 
@@ -235,11 +242,18 @@ private:
 
     template <class Visitor>
     void for_each_brick(Visitor&& visit) const {
+        constexpr std::uint32_t slots_ahead = 8;
         for (const Part& part : parts_) {
             const Table& table = *part.table.load(std::memory_order_acquire);
-            for (std::uint32_t i = 0; i <= table.mask; ++i)
-                if (const std::uint32_t slot = table.slots[i].load(std::memory_order_acquire); slot != 0)
+            const auto slot_at = [&table](std::uint32_t i) {
+                return table.slots[i & table.mask].load(std::memory_order_acquire);
+            };
+            for (std::uint32_t i = 0; i <= table.mask; ++i) {
+                if (const std::uint32_t ahead = slot_at(i + slots_ahead); ahead != 0)
+                    pool_.fetch_ahead(ahead);
+                if (const std::uint32_t slot = slot_at(i); slot != 0)
                     visit(brick_at(slot));
+            }
         }
     }
 

@@ -10,6 +10,7 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/snapshot_block.hpp>
 #include <lightmesh/settings.hpp>
+#include <lightmesh/support/prefetch.hpp>
 
 #include <atomic>
 #include <bit>
@@ -144,11 +145,19 @@ private:
         }
         require_right(2 * taken <= slots_.size() && taken == records_.size() + aliases_.size(),
                       "its table is too full, or leaves records out");
-        for (std::size_t i = 0; i < records_.size(); ++i)
-            require_right(find_slot(records_[i].key) == i + 1, "a record is not where its table says");
-        for (std::size_t i = 0; i < aliases_.size(); ++i)
-            require_right(find_slot(aliases_[i].key) == ((i + 1) | stored_alias_bit),
-                          "a record is not where its table says");
+        check_places(records_, 0);
+        check_places(aliases_, stored_alias_bit);
+    }
+
+    /// Whether the table leads to each of some records or aliases.
+    template <class Stored>
+    void check_places(std::span<const Stored> all, std::uint32_t bit) const {
+        constexpr std::size_t slots_ahead = 16;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            if (i + slots_ahead < all.size())
+                prefetch(&slots_[hash_of(all[i + slots_ahead].key) & (slots_.size() - 1)]);
+            require_right(find_slot(all[i].key) == ((i + 1) | bit), "a record is not where its table says");
+        }
     }
 
     static void check_key(const RecordKey& key) {

@@ -8,6 +8,7 @@
 #include <lightmesh/cache_settings.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/snapshot_block.hpp>
+#include <lightmesh/support/prefetch.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -15,16 +16,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <span>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace lightmesh::detail {
 
 inline auto order_of(const RecordKey& key) {
-    return std::tuple(key.words[0], key.words[1], key.words[2]);
+    return std::pair(std::uint64_t{key.words[0]} << 32 | key.words[1], key.words[2]);
 }
 
 /// Copies what a cache knows. Other threads may add to it meanwhile: what is published by then is copied, and
@@ -57,21 +56,33 @@ public:
 private:
     void copy_records() {
         std::vector<RecordEntry> all;
+        all.reserve(table_.record_count());
         table_.for_each_record([&](const RecordEntry& entry) { all.push_back(entry); });
         std::ranges::sort(all, {}, [](const RecordEntry& entry) { return order_of(entry.key); });
         records_.reserve(all.size());
-        for (const RecordEntry& entry : all) {
-            const Record& record = *entry.record;
-            StoredRecord stored{entry.key,
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            fetch_ahead(all, i);
+            Record& record = *all[i].record;
+            StoredRecord stored{all[i].key,
                                 record.fall,
                                 {record.normal[0], record.normal[1], record.normal[2]},
                                 record.links.load(std::memory_order_relaxed),
                                 static_cast<std::uint32_t>(tiles_.size()),
                                 0};
-            copy_rows(*entry.record);
+            copy_rows(record);
             stored.tile_count = static_cast<std::uint32_t>(tiles_.size()) - stored.first_tile;
             records_.push_back(stored);
         }
+    }
+
+    /// In the order of their keys records, and their rows, lie anywhere in memory.
+    void fetch_ahead(std::span<const RecordEntry> all, std::size_t i) const {
+        constexpr std::size_t records_ahead = 16;
+        constexpr std::size_t rows_ahead = 8;
+        if (i + records_ahead >= all.size())
+            return;
+        prefetch(all[i + records_ahead].record);
+        table_.pool().fetch_ahead(all[i + rows_ahead].record->rows.load(std::memory_order_acquire));
     }
 
     void copy_rows(Record& record) {
@@ -79,9 +90,14 @@ private:
         known_.clear();
         list.for_each([&](std::size_t tile, std::uint64_t lights) {
             if (lights != 0)
-                known_[tile] |= lights;
+                known_.emplace_back(tile, lights);
         });
-        for (const auto& [tile, known] : known_) {
+        std::ranges::sort(known_);
+        for (std::size_t i = 0; i < known_.size();) {
+            const std::size_t tile = known_[i].first;
+            std::uint64_t known = 0;
+            for (; i < known_.size() && known_[i].first == tile; ++i)
+                known |= known_[i].second;
             const RowBytes row = list.gather(tile);
             tiles_.push_back(
                 {static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(octets_.size()), known});
@@ -119,7 +135,7 @@ private:
     }
 
     RecordTable& table_;
-    std::map<std::size_t, std::uint64_t> known_;
+    std::vector<std::pair<std::size_t, std::uint64_t>> known_;  ///< of a record, by its tiles
     std::vector<std::uint32_t> slots_;
     std::vector<StoredRecord> records_;
     std::vector<StoredAlias> aliases_;

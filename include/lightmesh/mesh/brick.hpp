@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 /// What a light mesh stores, as plain structs that point to each other by index: the same in memory and in a
 /// snapshot.
@@ -66,6 +67,11 @@ constexpr std::uint32_t cell_bits(std::uint64_t mask) {
     return static_cast<std::uint32_t>((cells_in(mask) & 0x8040201008040201u) * every_byte >> 56);
 }
 
+/// The inverse: the light points of cells.
+constexpr std::uint64_t points_of_cells(std::uint32_t cells) {
+    return cells_in(every_byte * cells & 0x8040201008040201u);
+}
+
 /// One cell and all lights of a tile: bit p of byte l is V(L, x) of light l from the cell's light point p.
 /// Does not change as long as its index is known.
 struct alignas(16) CellRow {
@@ -89,6 +95,11 @@ struct CellIndex {
 /// Of a cell kept in words: word 0 has a bit for each light that all eight light points see, word 1 for each
 /// light that some see; from word 2 on a byte for each of the latter, bit p for light point p.
 inline constexpr int most_mixed_in_words = 8;
+
+/// How many words such a cell takes.
+inline std::size_t words_of_cell(const std::uint64_t* words) {
+    return words[1] != 0 ? 3 : 2;
+}
 
 /// 64 lights of one brick.
 struct BrickTile {
@@ -157,6 +168,18 @@ struct Region {
         };
         return bits(brick_coord.x) | bits(brick_coord.y) << 21 | bits(brick_coord.z) << 42;
     }
+};
+
+/// All that a level of a mesh knows, as arrays. Each part but a region is named by one other, in the order in
+/// which regions, bricks, tiles and cells stand.
+struct LevelParts {
+    std::span<const std::uint32_t> slots;  ///< of a `RegionTable`
+    std::span<const Region> regions;       ///< in the order of their keys
+    std::span<const Brick> bricks;
+    std::span<const std::uint32_t> tile_indices;
+    std::span<const BrickTile> tiles;
+    std::span<const CellRow> rows;
+    std::span<const std::uint64_t> words;
 };
 
 }  // namespace lightmesh::detail

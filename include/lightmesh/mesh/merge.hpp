@@ -151,6 +151,16 @@ private:
     }
 
     void compare(const MeshView& mine, const Brick& own, const Brick& theirs, KnownByBoth& sum) const {
+        if (rules_.is_plain_copy) {
+            for (std::size_t t = 0; t < data_.lights().tile_count(); ++t) {
+                const BrickTile* my_tile = mine.find_tile(own, t);
+                const BrickTile* their_tile = view_.find_tile(theirs, t);
+                if (my_tile != nullptr && their_tile != nullptr)
+                    compare_tiles(mine, *my_tile, *their_tile,
+                                  static_cast<std::size_t>(data_.lights().tile_size(t)), sum);
+            }
+            return;
+        }
         for_each_tile(
             theirs, [&](std::size_t t, std::uint64_t known, const BrickWords& lit, const UniformLights&) {
                 const BrickTile* tile = mine.find_tile(own, t);
@@ -167,6 +177,41 @@ private:
                     }
                 }
             });
+    }
+
+    /// Of two tiles with the same lights in the same slots.
+    void compare_tiles(const MeshView& mine, const BrickTile& my_tile, const BrickTile& their_tile,
+                       std::size_t light_count, KnownByBoth& sum) const {
+        const std::uint64_t both = my_tile.known & their_tile.known;
+        for (int cell = 0; cell < cells_per_brick; ++cell) {
+            std::uint64_t lights = lights_of_groups(static_cast<std::uint32_t>(both >> (8 * cell)) & 0xff) &
+                                   ~std::uint64_t{0} >> (lights_per_tile - light_count);
+            sum.compared += 8 * static_cast<std::uint64_t>(std::popcount(lights));
+            if (lights == 0 || holds_same(mine, my_tile, their_tile, static_cast<std::size_t>(cell)))
+                continue;
+            for (; lights != 0; lights &= lights - 1) {
+                const auto l = static_cast<std::size_t>(std::countr_zero(lights));
+                sum.differing += static_cast<std::uint64_t>(std::popcount(static_cast<std::uint32_t>(
+                    mine.lit_in_cell(my_tile, cell, l) ^ view_.lit_in_cell(their_tile, cell, l))));
+            }
+        }
+    }
+
+    /// Whether a cell is stored alike in both: then it has the same values.
+    bool holds_same(const MeshView& mine, const BrickTile& my_tile, const BrickTile& their_tile,
+                    std::size_t cell) const {
+        const CellIndex my_cell{my_tile.cells[cell]};
+        const CellIndex their_cell{their_tile.cells[cell]};
+        if (my_tile.uniform != their_tile.uniform || my_tile.lit != their_tile.lit)
+            return false;
+        if (my_cell.is_nothing() || their_cell.is_nothing() || my_cell.is_words() != their_cell.is_words())
+            return my_cell.is_nothing() && their_cell.is_nothing();
+        if (!my_cell.is_words())
+            return mine.rows[my_cell.index()].bytes == view_.rows[their_cell.index()].bytes;
+        const std::uint64_t* my_words = &mine.words[my_cell.index()];
+        const std::uint64_t* their_words = &view_.words[their_cell.index()];
+        const std::size_t size = words_of_cell(my_words);
+        return size == words_of_cell(their_words) && std::equal(my_words, my_words + size, their_words);
     }
 
     void add_tiles(const Brick& brick) {
@@ -267,8 +312,13 @@ public:
     void run() {
         check_same_scene();
         from_.for_each([&](int k, const SnapshotLevel& level) {
-            if (!level.bricks().empty())
-                LevelMerge<SnapshotLevel>(levels_.level(k).data(), level, rules_).add();
+            if (level.parts().bricks.empty())
+                return;
+            MeshData& mine = levels_.level(k).data();
+            if (rules_.is_plain_copy && !mine.knows_anything())
+                mine.restore(level.parts());
+            else
+                LevelMerge<SnapshotLevel>(mine, level, rules_).add();
         });
     }
 
@@ -317,7 +367,7 @@ private:
     void check_same_scene() const {
         KnownByBoth known;
         from_.for_each([&](int k, const SnapshotLevel& level) {
-            if (const auto* own = levels_.find(k))
+            if (const auto* own = levels_.find(k); own != nullptr && own->data().knows_anything())
                 LevelMerge<SnapshotLevel>(own->data(), level, rules_).compare(known);
         });
         if (1000 * known.differing > known.compared)

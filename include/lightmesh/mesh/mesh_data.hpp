@@ -220,7 +220,7 @@ public:
         for (const std::uint32_t cell : superseded_) {
             const CellIndex at{cell};
             if (at.is_words())
-                words_.give_back(at.index(), words_[at.index() + 1] != 0 ? 3 : 2);
+                words_.give_back(at.index(), words_of_cell(&words_[at.index()]));
             else
                 rows_.give_back(at.index());
         }
@@ -244,10 +244,12 @@ public:
     bool was_updated() const { return !forgotten_.empty() || !lights_.has_own_order(); }
 
     /// Stores all that another mesh with the same lights in the same slots knows of a tile; returns false,
-    /// and does nothing, if something of the tile is known already.
+    /// and does nothing, if a part of it is known already.
     bool publish_copy(const Brick& brick, std::size_t t, const MeshView& from, const BrickTile& copied) {
         const SpinLock lock(const_cast<Brick&>(brick).lock);
         BrickTile& tile = find_or_make_tile(brick, t);
+        if ((copied.known & ~tile.known) == 0 && (copied.sampled & ~tile.sampled) == 0)
+            return true;
         const ForgottenLights* const forgotten = forgotten_of(brick, t);
         if ((tile.known | tile.sampled) != 0 ||
             (forgotten != nullptr && (forgotten->units | forgotten->sampled) != 0))
@@ -261,7 +263,7 @@ public:
                 continue;
             if (at.is_words()) {
                 const std::uint64_t* record = &from.words[at.index()];
-                const std::size_t size = record[1] != 0 ? 3 : 2;
+                const std::size_t size = words_of_cell(record);
                 const std::uint32_t index = words_.allocate(size);
                 std::copy_n(record, size, &words_[index]);
                 store_release(tile.cells[cell], CellIndex::words(index).value);
@@ -273,6 +275,31 @@ public:
         }
         or_release(tile.known, copied.known);
         return true;
+    }
+
+    /// Takes over all that another mesh with the same lights in the same slots knows, while this one knows
+    /// nothing. For one thread, while nobody else uses the data. Throws what `Pool::allocate` throws; nothing
+    /// has changed then.
+    void restore(const LevelParts& parts) {
+        auto table = std::make_unique<SlotTable>(parts.slots);
+        regions_.reserve_first(parts.regions.size());
+        bricks_.reserve_first(parts.bricks.size());
+        tile_indices_.reserve_first(parts.tile_indices.size());
+        tiles_.reserve_first(parts.tiles.size());
+        rows_.reserve_first(parts.rows.size());
+        words_.reserve_first(parts.words.size());
+        // From here on nothing throws.
+        regions_.allocate_first(parts.regions);
+        bricks_.allocate_first(parts.bricks);
+        tile_indices_.allocate_first(parts.tile_indices);
+        tiles_.allocate_first(parts.tiles);
+        rows_.allocate_first(parts.rows);
+        words_.allocate_first(parts.words);
+        region_count_ = parts.regions.size();
+        table_.store(table.get(), std::memory_order_release);
+        tables_.back() = std::move(table);
+        if (frame_ != 0)
+            for_each_brick([this](const Brick& brick) { mark_used(brick); });
     }
 
     /// Stores the links of a cell of a brick. May be called by many threads at once: they bring the same
@@ -310,10 +337,15 @@ public:
     }
 
     /// Whether any brick is there.
-    bool knows_anything() const {
-        bool found = false;
-        for_each_brick([&](const Brick&) { found = true; });
-        return found;
+    bool knows_anything() const { return bricks_.size() != 0; }
+
+    /// How many entries of each kind there are, those that are no longer in use included.
+    struct Counts {
+        std::size_t regions, bricks, tile_indices, tiles, rows, words;
+    };
+    Counts counts() const {
+        return {regions_.size(), bricks_.size(), tile_indices_.size(),
+                tiles_.size(),   rows_.size(),   words_.size()};
     }
 
     /// Calls visit(const Brick&) for all bricks, region by region.
@@ -367,6 +399,7 @@ public:
 private:
     struct SlotTable {
         explicit SlotTable(std::size_t size) : slots(size) {}
+        explicit SlotTable(std::span<const std::uint32_t> others) : slots(others.begin(), others.end()) {}
         RegionTable as_view() const { return {slots.data(), slots.size()}; }
         mutable std::vector<std::uint32_t> slots;
     };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/support/huge_pages.hpp>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -11,8 +13,10 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <span>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 /// Arrays that grow without moving, addressed by 32-bit indices.
 
@@ -95,17 +99,42 @@ public:
             return take_free(count);
         std::uint64_t first = size_;
         for (;;) {
-            if (first + count > 0xfffffffeu)
-                throw std::length_error("lightmesh: a mesh holds up to 2^32 entries of a kind");
+            require_indices(first + count);
             const std::size_t chunk = Chunks::chunk_of(static_cast<std::uint32_t>(first));
             const std::uint64_t end = Chunks::first_index(chunk) + Chunks::size(chunk);
             if (first + count <= end) {
                 make(chunk);
                 size_ = first + count;
-                return static_cast<std::uint32_t>(first);
+                const auto index = static_cast<std::uint32_t>(first);
+                std::memset(static_cast<void*>(&(*this)[index]), 0, count * sizeof(T));
+                return index;
             }
             first = end;  // What is left of the chunk is too short: it stays idle.
         }
+    }
+
+    /// Memory for the first `count` elements, all of it side by side; none may have been handed out yet.
+    /// Throws what `allocate` throws.
+    void reserve_first(std::size_t count) {
+        const std::scoped_lock lock(growing_);
+        require_indices(count);
+        if (count == 0)
+            return;
+        const std::size_t chunks = Chunks::chunk_of(static_cast<std::uint32_t>(count - 1)) + 1;
+        const auto size = static_cast<std::size_t>(Chunks::first_index(chunks));
+        Owner all = memory_for(size);
+        spread_over<T>(chunks_, all.get(), size);
+        owners_ = {};
+        owners_[0] = std::move(all);
+        bytes_ = size * sizeof(T);
+    }
+
+    /// Hands out the first elements, for which `reserve_first` has made memory, as copies of these.
+    void allocate_first(std::span<const T> copied) {
+        const std::scoped_lock lock(growing_);
+        if (!copied.empty())
+            std::memcpy(static_cast<void*>(owners_[0].get()), copied.data(), copied.size_bytes());
+        size_ = copied.size();
     }
 
     /// Takes elements back that were handed out together, which nobody may use meanwhile or after. More than
@@ -151,13 +180,23 @@ private:
         return index;
     }
 
+    static void require_indices(std::uint64_t count) {
+        if (count > 0xfffffffeu)
+            throw std::length_error("lightmesh: a mesh holds up to 2^32 entries of a kind");
+    }
+
+    static Owner memory_for(std::size_t count) {
+        const std::size_t size = count * sizeof(T);
+        Owner memory(static_cast<T*>(::operator new (size, std::align_val_t{alignment})));
+        prefer_huge_pages(memory.get(), size);
+        return memory;
+    }
+
     void make(std::size_t chunk) {
-        if (owners_[chunk] != nullptr)
+        if (chunks_[chunk].load(std::memory_order_relaxed) != nullptr)
             return;
-        const std::size_t size = Chunks::size(chunk) * sizeof(T);
-        owners_[chunk] = Owner(static_cast<T*>(::operator new (size, std::align_val_t{alignment})));
-        std::memset(static_cast<void*>(owners_[chunk].get()), 0, size);
-        bytes_ += size;
+        owners_[chunk] = memory_for(Chunks::size(chunk));
+        bytes_ += Chunks::size(chunk) * sizeof(T);
         chunks_[chunk].store(owners_[chunk].get(), std::memory_order_release);
     }
 
@@ -166,6 +205,7 @@ private:
     std::size_t bytes_ = 0;
     /// Of so many elements the first that were given back, index plus one; they begin with that of the next.
     std::array<std::uint32_t, most_reused + 1> free_{};
+    /// What each chunk's memory begins; none for a chunk that lies in that of one before it.
     std::array<Owner, Chunks::count> owners_{};
     typename PoolView<T>::Table chunks_{};
 };

@@ -3,7 +3,10 @@
 
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/support/huge_pages.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -11,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -47,33 +51,108 @@ inline std::vector<Light> lights_of(std::span<const LightRecord> records) {
     return lights;
 }
 
-/// One block of the sections' structs, in their order. Of `header` all must be set but what follows from
-/// them.
-template <class Header, class... Sections>
-std::vector<std::byte> write_block(Header header, const Sections&... of_section) {
-    static_assert(sizeof...(of_section) == std::tuple_size_v<decltype(header.sections)>);
-    header.magic = Header::right_magic;
-    header.version = Header::right_version;
-    header.byte_order = Header::right_byte_order;
-    header.size = (sizeof header + 63) / 64 * 64;
-    std::size_t section = 0;
-    const auto place = [&](const auto& from) {
-        header.sections[section++] = {header.size, from.size()};
-        header.size += (from.size() * sizeof from[0] + 63) / 64 * 64;
-    };
-    (place(of_section), ...);
+/// A block while it is written: its sections grow side by side, each with room of its own.
+template <class Header, class... Structs>
+class BlockWriter {
+public:
+    static constexpr std::size_t section_count = sizeof...(Structs);
+    template <std::size_t section>
+    using Struct = std::tuple_element_t<section, std::tuple<Structs...>>;
+    /// A number for each section.
+    using Counts = std::array<std::size_t, section_count>;
 
-    std::vector<std::byte> block(header.size);
-    section = 0;
-    const auto copy = [&](const auto& from) {
-        const SnapshotSection& at = header.sections[section++];
-        if (!from.empty())
-            std::memcpy(block.data() + at.offset, from.data(), from.size() * sizeof from[0]);
-    };
-    (copy(of_section), ...);
-    header.checksum = checksum_of(header, block);
-    std::memcpy(block.data(), &header, sizeof header);
-    return block;
+    /// With room for so many structs; more of them come at the cost of a copy of all. Throws std::bad_alloc.
+    explicit BlockWriter(const Counts& room) : room_(room) {
+        static_assert(section_count == std::tuple_size_v<decltype(Header::sections)>);
+        place_sections();
+        bytes_.reserve(begin_.back());
+        prefer_huge_pages(bytes_.data(), begin_.back());
+        bytes_.resize(begin_.back());
+    }
+
+    const Counts& counts() const { return counts_; }
+
+    /// The structs of a section so far. Valid until it grows.
+    template <std::size_t section>
+    Struct<section>* all() {
+        return reinterpret_cast<Struct<section>*>(bytes_.data() + begin_[section]);
+    }
+
+    /// Adds structs of which all bytes are 0, and returns the first. Throws std::bad_alloc.
+    template <std::size_t section>
+    Struct<section>* extend(std::size_t count) {
+        const std::size_t first = counts_[section];
+        if (count > room_[section] - first)
+            make_room(section, first + count);
+        counts_[section] += count;
+        return all<section>() + first;
+    }
+    template <std::size_t section>
+    void add(const Struct<section>& added) {
+        *extend<section>(1) = added;
+    }
+
+    /// The block, with nothing left between its sections. Of `header` all must be set but what follows from
+    /// them. Ends the writer's use.
+    std::vector<std::byte> finish(Header header) {
+        header.magic = Header::right_magic;
+        header.version = Header::right_version;
+        header.byte_order = Header::right_byte_order;
+        header.size = whole_lines(sizeof header);
+        for (std::size_t section = 0; section < section_count; ++section) {
+            header.sections[section] = {header.size, counts_[section]};
+            const std::size_t size = counts_[section] * struct_bytes[section];
+            std::byte* const to = bytes_.data() + header.size;
+            if (header.size != begin_[section])
+                std::memmove(to, bytes_.data() + begin_[section], size);
+            std::memset(to + size, 0, whole_lines(size) - size);
+            header.size += whole_lines(size);
+        }
+        bytes_.resize(header.size);
+        if (bytes_.capacity() - bytes_.size() > bytes_.size() / 8)
+            bytes_.shrink_to_fit();
+        header.checksum = checksum_of(header, bytes_);
+        std::memcpy(bytes_.data(), &header, sizeof header);
+        return std::move(bytes_);
+    }
+
+private:
+    static constexpr Counts struct_bytes{sizeof(Structs)...};
+
+    static constexpr std::size_t whole_lines(std::size_t bytes) { return (bytes + 63) / 64 * 64; }
+
+    void place_sections() {
+        begin_[0] = whole_lines(sizeof(Header));
+        for (std::size_t section = 0; section < section_count; ++section)
+            begin_[section + 1] = begin_[section] + whole_lines(room_[section] * struct_bytes[section]);
+    }
+
+    void make_room(std::size_t section, std::size_t count) {
+        Counts room = room_;
+        room[section] = (std::max)(2 * room[section], count);
+        BlockWriter larger(room);
+        for (std::size_t s = 0; s < section_count; ++s)
+            std::memcpy(larger.bytes_.data() + larger.begin_[s], bytes_.data() + begin_[s],
+                        counts_[s] * struct_bytes[s]);
+        larger.counts_ = counts_;
+        *this = std::move(larger);
+    }
+
+    Counts room_;
+    Counts counts_{};
+    std::array<std::size_t, section_count + 1> begin_{};  ///< and where the last one's room ends
+    std::vector<std::byte> bytes_;
+};
+
+/// The block of sections that are there already.
+template <class Header, class... Structs>
+std::vector<std::byte> write_block(const Header& header, const std::vector<Structs>&... sections) {
+    BlockWriter<Header, Structs...> block({sections.size()...});
+    [&]<std::size_t... section>(std::index_sequence<section...>) {
+        (std::ranges::copy(sections, block.template extend<section>(sections.size())), ...);
+    }
+    (std::index_sequence_for<Structs...>());
+    return block.finish(header);
 }
 
 /// A block whose header is right: what its sections hold is yet to be checked.

@@ -4,14 +4,17 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/settings.hpp>
+#include <lightmesh/support/prefetch.hpp>
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <variant>
 
 /// One block of bytes that holds all of a mesh, and can stand anywhere in memory:
@@ -21,8 +24,8 @@
 /// Sections begin at multiples of 64 bytes. From the region slots on they hold what the levels know (see
 /// `level.hpp`), level by level. Their structs are those of a live mesh (see `brick.hpp`), with the same
 /// indices from one to the other, counted from where the level's own begin; regions stand in the order of
-/// their keys, and all else in the order in which regions, bricks and cells name it: meshes that know the
-/// same have the same bytes.
+/// their keys, and all else in the order in which regions, bricks and cells name it, each part once: meshes
+/// that know the same have the same bytes, and a reader takes no others.
 
 namespace lightmesh::detail {
 
@@ -135,17 +138,24 @@ inline Light light_of(const LightRecord& record) {
 /// a single word that differs always shows.
 inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     constexpr std::uint64_t factor = 0x9e3779b97f4a7c15u;
-    std::array<std::uint64_t, 8> lanes{1, 2, 3, 4, 5, 6, 7, 8};
-    std::size_t at = 0;
-    for (; at + 64 <= bytes.size(); at += 64) {
-        std::array<std::uint64_t, 8> words;
-        std::memcpy(words.data(), bytes.data() + at, 64);
-        for (std::size_t lane = 0; lane < 8; ++lane)
-            lanes[lane] = ((lanes[lane] ^ words[lane]) * factor) ^ (lanes[lane] >> 32);
+    constexpr std::size_t lines_ahead = 32;
+    const std::byte* at = bytes.data();
+    const auto add = [&at](std::uint64_t& lane, std::size_t index) {
+        std::uint64_t word;
+        std::memcpy(&word, at + 8 * index, 8);
+        lane = ((lane ^ word) * factor) ^ (lane >> 32);
+    };
+    // No array and no loop: of these compilers make vectors, which have no such product.
+    std::uint64_t a = 1, b = 2, c = 3, d = 4, e = 5, f = 6, g = 7, h = 8;
+    std::size_t left = bytes.size();
+    for (; left >= 64; left -= 64, at += 64) {
+        prefetch(at + (std::min)(64 * lines_ahead, left));
+        add(a, 0), add(b, 1), add(c, 2), add(d, 3), add(e, 4), add(f, 5), add(g, 6), add(h, 7);
     }
+    const std::array<std::uint64_t, 8> lanes{a, b, c, d, e, f, g, h};
     std::array<std::uint64_t, 8> rest{};
-    if (at < bytes.size())
-        std::memcpy(rest.data(), bytes.data() + at, bytes.size() - at);
+    if (left != 0)
+        std::memcpy(rest.data(), at, left);
     std::uint64_t sum = bytes.size();
     for (std::size_t lane = 0; lane < 8; ++lane) {
         const std::uint64_t last = (lanes[lane] ^ rest[lane]) * factor;

@@ -34,22 +34,13 @@ namespace lightmesh::detail {
 /// are, what follows neither reads beyond them nor goes on without end. Must not move.
 class SnapshotLevel {
 public:
-    struct Parts {
-        std::span<const std::uint32_t> slots;
-        std::span<const Region> regions;
-        std::span<const Brick> bricks;
-        std::span<const std::uint32_t> tile_indices;
-        std::span<const BrickTile> tiles;
-        std::span<const CellRow> rows;
-        std::span<const std::uint64_t> words;
-    };
-
     /// Throws std::invalid_argument that says in one sentence what is wrong with the parts.
-    SnapshotLevel(const Parts& parts, const Settings& settings, const Grid& grid, const LightTable& lights)
+    SnapshotLevel(const LevelParts& parts, const Settings& settings, const Grid& grid,
+                  const LightTable& lights)
         : parts_(parts), settings_(settings), grid_(grid), lights_(lights, grid_) {
         map_parts();
+        check_table();
         check_regions();
-        check_bricks();
     }
     SnapshotLevel(const SnapshotLevel&) = delete;
     SnapshotLevel& operator=(const SnapshotLevel&) = delete;
@@ -57,10 +48,10 @@ public:
     const Settings& settings() const { return settings_; }
     const Grid& grid() const { return grid_; }
     const MeshView& view() const { return view_; }
-    std::span<const Brick> bricks() const { return parts_.bricks; }
+    const LevelParts& parts() const { return parts_; }
     template <class Visitor>
     void for_each_brick(Visitor&& visit) const {
-        for (const Brick& brick : bricks())
+        for (const Brick& brick : parts_.bricks)
             visit(brick);
     }
 
@@ -84,7 +75,7 @@ private:
         view_.words = spread(parts_.words, word_chunks_);
     }
 
-    void check_regions() const {
+    void check_table() const {
         const std::span<const std::uint32_t> slots = parts_.slots;
         const std::span<const Region> regions = parts_.regions;
         require_right(std::has_single_bit(slots.size()),
@@ -96,57 +87,74 @@ private:
         }
         require_right(2 * taken <= slots.size() && taken == regions.size(),
                       "its table of regions is too full, or leaves regions out");
-        std::uint64_t bricks = 0;
-        for (std::size_t i = 0; i < regions.size(); ++i) {
+        for (std::size_t i = 0; i < regions.size(); ++i)
             require_right(view_.region_table.find(view_.regions, regions[i].key) == i + 1,
                           "a region is not where its table says");
-            for (std::size_t slot = 0; slot < regions[i].bricks.size(); ++slot) {
-                const std::uint32_t brick = regions[i].bricks[slot];
-                if (brick == 0)
-                    continue;
-                ++bricks;
-                require_right(brick <= parts_.bricks.size(), "a brick is named that is not there");
-                const glm::ivec3 coord = view_.bricks[brick - 1].position();
-                require_right(Region::key_of(coord) == regions[i].key && Region::slot(coord) == slot,
-                              "a brick is not where its region says");
-            }
-        }
-        require_right(bricks == parts_.bricks.size(), "it has bricks that no region names");
     }
 
-    /// How many of a snapshot's parts have been named so far: each by one other part only, so that no few
-    /// bytes stand for much.
+    /// How many parts have been named so far. The next one of a kind is the next to be named, so that each
+    /// is named once: no few bytes stand for much, and what has been changed has one owner.
     struct Named {
+        std::uint64_t bricks = 0;
+        std::uint64_t tile_indices = 0;
         std::uint64_t tiles = 0;
         std::uint64_t rows = 0;
         std::uint64_t words = 0;
     };
 
-    void check_bricks() const {
+    void check_regions() const {
         Named named;
-        const std::uint64_t tile_index_count = parts_.tile_indices.size();
-        const std::size_t tile_count = lights_.tile_count();
-        constexpr std::int32_t farthest = Grid::max_index / brick_side + 16;
-        for (const Brick& brick : parts_.bricks) {
-            for (const std::int32_t c : brick.coord)
-                require_right(c >= -farthest && c <= farthest, "a brick lies outside of the grid");
-            require_right(brick.lock == 0, "a brick is locked");
-            if (tile_count > 1)
-                require_right(brick.tiles <= tile_index_count && tile_count <= tile_index_count - brick.tiles,
-                              "a brick's tiles reach beyond its end");
-            for (std::size_t t = 0; t < tile_count; ++t)
-                check_tile(view_.tile_index(brick, t), named);
-            check_floods(brick, named);
+        for (std::size_t i = 0; i < parts_.regions.size(); ++i) {
+            const Region& region = parts_.regions[i];
+            require_right(i == 0 || parts_.regions[i - 1].key < region.key,
+                          "regions do not stand in the order of their keys");
+            for (std::size_t slot = 0; slot < region.bricks.size(); ++slot) {
+                if (region.bricks[slot] == 0)
+                    continue;
+                require_right(region.bricks[slot] == ++named.bricks && named.bricks <= parts_.bricks.size(),
+                              "a brick is not named in its turn");
+                const Brick& brick = parts_.bricks[named.bricks - 1];
+                require_right(Region::key_of(brick.position()) == region.key &&
+                                  Region::slot(brick.position()) == slot,
+                              "a brick is not where its region says");
+                check_brick(brick, named);
+            }
         }
+        require_right(named.bricks == parts_.bricks.size() &&
+                          named.tile_indices == parts_.tile_indices.size() &&
+                          named.tiles == parts_.tiles.size() && named.rows == parts_.rows.size() &&
+                          named.words == parts_.words.size(),
+                      "it has parts that nothing names");
+    }
+
+    void check_brick(const Brick& brick, Named& named) const {
+        constexpr std::int32_t farthest = Grid::max_index / brick_side + 16;
+        for (const std::int32_t c : brick.coord)
+            require_right(c >= -farthest && c <= farthest, "a brick lies outside of the grid");
+        require_right(brick.lock == 0 && brick.used == 0, "a brick is in use");
+        const std::uint64_t linked = points_of_cells(brick.links_known);
+        require_right(((brick.links[0] | brick.links[1] | brick.links[2]) & ~linked) == 0,
+                      "a brick's links make no sense");
+        const std::size_t tile_count = lights_.tile_count();
+        if (tile_count == 1) {
+            check_tile(brick.tiles, named);
+        } else {
+            require_right(brick.tiles == named.tile_indices &&
+                              tile_count <= parts_.tile_indices.size() - named.tile_indices,
+                          "a brick's tiles are not named in their turn");
+            for (const std::uint32_t tile : parts_.tile_indices.subspan(brick.tiles, tile_count))
+                check_tile(tile, named);
+            named.tile_indices += tile_count;
+        }
+        check_floods(brick, named);
     }
 
     void check_tile(std::uint32_t index, Named& named) const {
         if (index == 0)
             return;
-        const std::uint64_t count = parts_.tiles.size();
-        require_right(index <= count && ++named.tiles <= count,
-                      "a tile is named that is not there, or twice");
-        const BrickTile& tile = view_.tiles[index - 1];
+        require_right(index == ++named.tiles && named.tiles <= parts_.tiles.size(),
+                      "a tile is not named in its turn");
+        const BrickTile& tile = parts_.tiles[index - 1];
         require_right(tile.sampled <= 0xff && (tile.uniform & ~lights_of_groups(tile.sampled)) == 0 &&
                           (tile.lit & ~tile.uniform) == 0 &&
                           (settings_.adaptive_long_tests || tile.sampled == 0),
@@ -155,48 +163,55 @@ private:
             const CellIndex at{tile.cells[cell]};
             if (at.is_nothing())
                 continue;
-            require_right(at.value != 1, "a cell is named that is not there");
-            if (at.is_words()) {
+            require_right((tile.known >> (8 * cell) & 0xff) != 0 && at.value != 1,
+                          "a cell is named that is not there");
+            if (at.is_words())
                 check_words(at.index(), named);
-            } else {
-                const std::uint64_t rows = parts_.rows.size();
-                require_right(at.index() < rows && ++named.rows <= rows,
-                              "a cell's row is named that is not there, or twice");
-            }
+            else
+                require_right(at.index() == named.rows && ++named.rows <= parts_.rows.size(),
+                              "a cell's row is not named in its turn");
         }
     }
 
     void check_words(std::uint64_t index, Named& named) const {
-        const std::uint64_t count = parts_.words.size();
-        require_right(index + 2 <= count, "a cell's words reach beyond its end");
-        const std::uint64_t* record = &view_.words[static_cast<std::uint32_t>(index)];
-        require_right((record[0] & record[1]) == 0 && std::popcount(record[1]) <= most_mixed_in_words &&
-                          (record[1] == 0 || index + 3 <= count),
+        const std::span<const std::uint64_t> words = parts_.words;
+        require_right(index == named.words && index + 2 <= words.size(),
+                      "a cell's words are not named in their turn");
+        const std::uint64_t lit = words[index];
+        const std::uint64_t mixed = words[index + 1];
+        named.words += words_of_cell(&words[index]);
+        require_right((lit & mixed) == 0 && std::popcount(mixed) <= most_mixed_in_words &&
+                          named.words <= words.size(),
                       "a cell's words make no sense");
-        named.words += record[1] == 0 ? 2u : 3u;
-        require_right(named.words <= count, "a cell's words are named twice");
     }
 
-    /// Each flood names one before it, so that no chain has a loop.
+    /// A brick's floods lie side by side, and each names the one before it.
     void check_floods(const Brick& brick, Named& named) const {
+        if (brick.floods == 0)
+            return;
         const std::uint64_t count = parts_.words.size();
         const std::size_t slots = FloodBox::slots(grid_.quality());
         const std::size_t fixed = 1 + 2 * FloodView::bit_words(slots);
-        std::uint64_t limit = count + 1;
+        std::uint64_t first = count;  // of the floods checked so far
+        std::uint64_t end = count;
         for (std::uint64_t flood = brick.floods; flood != 0;) {
-            require_right(flood < limit && flood - 1 + fixed <= count, "a flood reaches beyond its end");
-            const FloodView view(&view_.words[static_cast<std::uint32_t>(flood - 1)]);
-            require_right(view.seed_bit() >= 0 && view.seed_bit() < 64 &&
-                              flood - 1 + view.size(slots) <= count && view.has_slots(slots),
+            require_right(flood - 1 >= named.words && flood - 1 < first && flood - 1 + fixed <= count,
+                          "a flood is not named in its turn");
+            const FloodView view(&parts_.words[flood - 1]);
+            const std::uint64_t behind = flood - 1 + view.size(slots);
+            require_right(view.seed_bit() >= 0 && view.seed_bit() < 64 && view.has_slots(slots) &&
+                              behind <= count && (flood == brick.floods || behind == first),
                           "a flood makes no sense");
-            named.words += view.size(slots);
-            require_right(named.words <= count, "a flood is named twice");
-            limit = flood;
+            if (flood == brick.floods)
+                end = behind;
+            first = flood - 1;
             flood = view.next();
         }
+        require_right(first == named.words, "a flood is not named in its turn");
+        named.words = end;
     }
 
-    Parts parts_;
+    LevelParts parts_;
     Settings settings_;
     Grid grid_;
     LightTable lights_;
@@ -302,7 +317,7 @@ private:
             const std::size_t i = name - first_level_section;
             of_level = block_.section<T>(name).subspan(first[i], last[i] - first[i]);
         };
-        SnapshotLevel::Parts parts;
+        LevelParts parts;
         part(region_slots_section, parts.slots);
         part(regions_section, parts.regions);
         part(bricks_section, parts.bricks);

@@ -11,6 +11,7 @@
 #include <lightmesh/mesh/snapshot_format.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/support/atomics.hpp>
+#include <lightmesh/support/prefetch.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -26,28 +27,23 @@
 
 namespace lightmesh::detail {
 
-/// What levels know, level by level: see `snapshot_format.hpp`.
-struct SnapshotParts {
-    std::vector<std::uint32_t> slots;
-    std::vector<Region> regions;
-    std::vector<Brick> bricks;
-    std::vector<std::uint32_t> tile_indices;
-    std::vector<BrickTile> tiles;
-    std::vector<CellRow> rows;
-    std::vector<std::uint64_t> words;
+using SnapshotWriter = BlockWriter<SnapshotHeader, LightRecord, SnapshotLevelRecord, std::uint32_t, Region,
+                                   Brick, std::uint32_t, BrickTile, CellRow, std::uint64_t>;
 
-    std::array<std::uint64_t, level_section_count> sizes() const {
-        return {slots.size(), regions.size(), bricks.size(), tile_indices.size(),
-                tiles.size(), rows.size(),    words.size()};
-    }
-};
+/// How many structs the levels have so far, of each section of which they have a part.
+inline std::array<std::uint64_t, level_section_count> level_counts(const SnapshotWriter& block) {
+    std::array<std::uint64_t, level_section_count> counts;
+    std::copy_n(block.counts().begin() + first_level_section, level_section_count, counts.begin());
+    return counts;
+}
 
-/// Copies what a level knows to the end of `parts`. Other threads may add to it meanwhile: what is published
-/// by then is copied, and never half of something.
+/// Copies what a level knows to the ends of a block's sections. Other threads may add to it meanwhile: what
+/// is published by then is copied, and never half of something.
 class LevelCopy {
 public:
-    LevelCopy(const MeshData& data, SnapshotParts& parts)
-        : mesh_(data.view()), parts_(parts), first_(parts.sizes()) {}
+    LevelCopy(const MeshData& data, SnapshotWriter& block)
+        : mesh_(data.view()), tile_count_(mesh_.lights->tile_count()),
+          flood_slots_(FloodBox::slots(mesh_.grid->quality())), block_(block), first_(level_counts(block)) {}
 
     /// Throws std::bad_alloc.
     void run() {
@@ -56,128 +52,195 @@ public:
             if (const std::uint32_t region = load_acquire(mesh_.region_table.slots[i]); region != 0)
                 order.emplace_back(mesh_.regions[region - 1].key, region - 1);
         std::ranges::sort(order);
-        const std::size_t slot_count = std::bit_ceil(2 * order.size() + 2);
-        parts_.slots.resize(parts_.slots.size() + slot_count);
-        const RegionTable table{parts_.slots.data() + parts_.slots.size() - slot_count, slot_count};
-        for (const auto& [key, index] : order) {
-            Region copied{key, {}};
-            const Region& region = mesh_.regions[index];
-            for (std::size_t slot = 0; slot < region.bricks.size(); ++slot)
-                if (const std::uint32_t brick = load_acquire(region.bricks[slot]); brick != 0)
-                    copied.bricks[slot] = copy_brick(mesh_.bricks[brick - 1]);
-            parts_.regions.push_back(copied);
-            table.insert(key, size_of<regions_section>(parts_.regions));
-        }
+        const std::size_t slot_count = slots_for(order.size());
+        const RegionTable table{block_.extend<region_slots_section>(slot_count), slot_count};
+        for (std::uint32_t i = 0; i < order.size(); ++i)
+            table.insert(order[i].first, i + 1);
+        for (const auto& [key, index] : order)
+            copy_region(mesh_.regions[index]);
     }
 
+    static std::size_t slots_for(std::size_t regions) { return std::bit_ceil(2 * regions + 2); }
+
 private:
-    /// How much of a section is the level's own by now.
-    template <SnapshotSectionName section, class T>
-    std::uint32_t size_of(const std::vector<T>& all) const {
-        return static_cast<std::uint32_t>(all.size() - first_[section - first_level_section]);
+    /// How many of a section's structs are the level's own by now.
+    template <SnapshotSectionName section>
+    std::uint32_t size_of() const {
+        return static_cast<std::uint32_t>(block_.counts()[section] - first_[section - first_level_section]);
+    }
+
+    /// In rounds, each of which has fetched from memory what the next one reads: bricks lie there in the
+    /// order in which somebody asked for them.
+    void copy_region(const Region& region) {
+        bricks_.clear();
+        for (std::size_t slot = 0; slot < region.bricks.size(); ++slot)
+            if (const std::uint32_t brick = load_acquire(region.bricks[slot]); brick != 0) {
+                bricks_.emplace_back(slot, &mesh_.bricks[brick - 1]);
+                prefetch(bricks_.back().second);
+            }
+        for (const auto& [slot, brick] : bricks_)
+            for (std::size_t t = 0; t < tile_count_; ++t)
+                prefetch(mesh_.find_tile(*brick, t));
+        for (const auto& [slot, brick] : bricks_)
+            for (std::size_t t = 0; t < tile_count_; ++t)
+                if (const BrickTile* tile = mesh_.find_tile(*brick, t))
+                    prefetch_cells(*tile);
+        Region copied{region.key, {}};
+        for (const auto& [slot, brick] : bricks_)
+            copied.bricks[slot] = copy_brick(*brick);
+        block_.add<regions_section>(copied);
+    }
+
+    /// Cells that were found together lie side by side.
+    void prefetch_cells(const BrickTile& tile) const {
+        for (const std::uint32_t& cell : tile.cells) {
+            const CellIndex at{load_acquire(cell)};
+            if (at.is_words()) {
+                prefetch(&mesh_.words[at.index()]);
+                return;
+            }
+        }
     }
 
     /// Index plus one of the copy.
     std::uint32_t copy_brick(const Brick& brick) {
-        Brick copied{};
+        const std::uint32_t tiles = copy_tiles(brick);
+        const std::uint32_t floods = copy_floods(brick);
+        Brick& copied = *block_.extend<bricks_section>(1);
         copied.coord = brick.coord;
         copied.links_known = load_acquire(brick.links_known);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            copied.links[axis] = load_relaxed(brick.links[axis]);
-            for (int cell = 0; cell < cells_per_brick; ++cell)
-                if ((copied.links_known >> cell & 1) == 0)
-                    copied.links[axis] &= ~(std::uint64_t{0xff} << (8 * cell));
-        }
-        const std::size_t tile_count = mesh_.lights->tile_count();
-        const std::size_t first_tile = parts_.tile_indices.size();
-        if (tile_count > 1) {
-            copied.tiles = size_of<tile_indices_section>(parts_.tile_indices);
-            parts_.tile_indices.resize(first_tile + tile_count);
-        }
-        for (std::size_t t = 0; t < tile_count; ++t) {
-            const BrickTile* tile = mesh_.find_tile(brick, t);
-            const std::uint32_t index = tile == nullptr ? 0 : copy_tile(*tile);
-            (tile_count > 1 ? parts_.tile_indices[first_tile + t] : copied.tiles) = index;
-        }
-        copied.floods = copy_floods(brick);
-        parts_.bricks.push_back(copied);
-        return size_of<bricks_section>(parts_.bricks);
+        const std::uint64_t linked = points_of_cells(copied.links_known);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            copied.links[axis] = load_relaxed(brick.links[axis]) & linked;
+        copied.tiles = tiles;
+        copied.floods = floods;
+        return size_of<bricks_section>();
+    }
+
+    /// `Brick::tiles` of the copy.
+    std::uint32_t copy_tiles(const Brick& brick) {
+        if (tile_count_ == 1)
+            return copy_tile(mesh_.find_tile(brick, 0));
+        const std::uint32_t first = size_of<tile_indices_section>();
+        for (std::size_t t = 0; t < tile_count_; ++t)
+            block_.add<tile_indices_section>(copy_tile(mesh_.find_tile(brick, t)));
+        return first;
     }
 
     /// Index plus one of the copy; 0 if nothing is known.
-    std::uint32_t copy_tile(const BrickTile& tile) {
-        BrickTile copied{};
-        copied.known = load_acquire(tile.known);
-        copied.sampled = load_acquire(tile.sampled);
-        if ((copied.known | copied.sampled) == 0)
+    std::uint32_t copy_tile(const BrickTile* tile) {
+        if (tile == nullptr)
             return 0;
-        copied.uniform = load_relaxed(tile.uniform) & lights_of_groups(copied.sampled);
-        copied.lit = load_relaxed(tile.lit) & copied.uniform;
+        const std::uint64_t known = load_acquire(tile->known);
+        const std::uint32_t sampled = load_acquire(tile->sampled);
+        if ((known | sampled) == 0)
+            return 0;
+        BrickTile& copied = *block_.extend<tiles_section>(1);
+        copied.known = known;
+        copied.sampled = sampled;
+        copied.uniform = load_relaxed(tile->uniform) & lights_of_groups(sampled);
+        copied.lit = load_relaxed(tile->lit) & copied.uniform;
+        const std::uint32_t index = size_of<tiles_section>();
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
-            const CellIndex at{load_acquire(tile.cells[cell])};
-            if (at.is_nothing() || (copied.known >> (8 * cell) & 0xff) == 0)
-                continue;
-            if (at.is_words()) {
-                const std::uint64_t* record = &mesh_.words[at.index()];
-                copied.cells[cell] = CellIndex::words(size_of<words_section>(parts_.words)).value;
-                parts_.words.insert(parts_.words.end(), record, record + (record[1] != 0 ? 3 : 2));
-            } else {
-                copied.cells[cell] = CellIndex::row(size_of<rows_section>(parts_.rows)).value;
-                parts_.rows.push_back(mesh_.rows[at.index()]);
+            const CellIndex at{load_acquire(tile->cells[cell])};
+            if (!at.is_nothing() && (known >> (8 * cell) & 0xff) != 0) {
+                const CellIndex copy = copy_cell(at);  // may move the tile
+                level_tiles()[index - 1].cells[cell] = copy.value;
             }
         }
-        parts_.tiles.push_back(copied);
-        return size_of<tiles_section>(parts_.tiles);
+        return index;
+    }
+
+    /// The level's own.
+    BrickTile* level_tiles() {
+        return block_.all<tiles_section>() + first_[tiles_section - first_level_section];
+    }
+
+    CellIndex copy_cell(CellIndex at) {
+        if (!at.is_words()) {
+            block_.add<rows_section>(mesh_.rows[at.index()]);
+            return CellIndex::row(size_of<rows_section>() - 1);
+        }
+        const CellIndex copied = CellIndex::words(size_of<words_section>());
+        const std::uint64_t* record = &mesh_.words[at.index()];
+        copy_words(record, words_of_cell(record));
+        return copied;
+    }
+
+    std::uint64_t* copy_words(const std::uint64_t* record, std::size_t size) {
+        std::uint64_t* const copied = block_.extend<words_section>(size);
+        // Most are two or three: a loop over them takes less than a call.
+        for (std::size_t i = 0; i < size; ++i)
+            copied[i] = record[i];
+        return copied;
     }
 
     /// Index plus one of the last copy; in the order of the seeds.
     std::uint32_t copy_floods(const Brick& brick) {
-        const std::size_t slots = FloodBox::slots(mesh_.grid->quality());
-        std::vector<std::pair<int, const std::uint64_t*>> floods;
+        floods_.clear();
         for (std::uint32_t flood = load_acquire(brick.floods); flood != 0;) {
             const std::uint64_t* record = &mesh_.words[flood - 1];
-            floods.emplace_back(FloodView(record).seed_bit(), record);
+            floods_.emplace_back(FloodView(record).seed_bit(), record);
             flood = FloodView(record).next();
         }
-        std::ranges::sort(floods);
+        std::ranges::sort(floods_);
         std::uint32_t last = 0;
-        for (const auto& [seed_bit, record] : floods) {
-            const std::uint32_t index = size_of<words_section>(parts_.words);
-            const std::size_t at = parts_.words.size();
-            parts_.words.insert(parts_.words.end(), record, record + FloodView(record).size(slots));
-            parts_.words[at] = static_cast<std::uint64_t>(seed_bit) << 32 | last;
+        for (const auto& [seed_bit, record] : floods_) {
+            const std::uint32_t index = size_of<words_section>();
+            copy_words(record, FloodView(record).size(flood_slots_))[0] =
+                static_cast<std::uint64_t>(seed_bit) << 32 | last;
             last = index + 1;
         }
         return last;
     }
 
     MeshView mesh_;
-    SnapshotParts& parts_;
+    std::size_t tile_count_;
+    std::size_t flood_slots_;
+    SnapshotWriter& block_;
     std::array<std::uint64_t, level_section_count> first_;
+    std::vector<std::pair<std::size_t, const Brick*>> bricks_;  ///< of a region, by their slots
+    std::vector<std::pair<int, const std::uint64_t*>> floods_;
 };
 
 /// One block of all that the levels of a mesh know. Throws std::bad_alloc.
 template <class Levels>
 std::vector<std::byte> write_snapshot(const Levels& levels, LongTest long_tests) {
-    SnapshotParts parts;
-    std::vector<SnapshotLevelRecord> records;
-    levels.for_each([&](int k, const auto& level) {
-        const MeshData& data = level.data();
-        if (k != 0) {
-            if (!data.knows_anything())
-                return;
-            records.push_back({static_cast<std::uint64_t>(k), parts.sizes()});
-        }
+    const MeshData& finest = levels.finest().data();
+    const std::vector<LightRecord> lights = records_of(finest.user_lights());
+    SnapshotWriter::Counts room{};
+    room[lights_section] = lights.size();
+    const auto for_each = [&](auto&& visit) {
+        levels.for_each([&](int k, const auto& level) {
+            if (k == 0 || level.data().knows_anything())
+                visit(k, level.data());
+        });
+    };
+    for_each([&](int k, const MeshData& data) {
+        const MeshData::Counts counts = data.counts();
+        room[levels_section] += k != 0 ? 1u : 0u;
+        room[region_slots_section] += LevelCopy::slots_for(counts.regions);
+        room[regions_section] += counts.regions;
+        room[bricks_section] += counts.bricks;
+        room[tile_indices_section] += counts.tile_indices;
+        room[tiles_section] += counts.tiles;
+        room[rows_section] += counts.rows;
+        room[words_section] += counts.words;
+    });
+    SnapshotWriter block(room);
+    std::ranges::copy(lights, block.extend<lights_section>(lights.size()));
+    for_each([&](int k, const MeshData& data) {
+        if (k != 0)
+            block.add<levels_section>({static_cast<std::uint64_t>(k), level_counts(block)});
         // As the reader will expect lights in the order of a mesh that is made of them.
         if (data.was_updated()) {
             MeshData copy(data.user_lights(), data.settings(), data.grid());
             copy_level(data, copy, [](const Brick&) { return true; });
-            LevelCopy(copy, parts).run();
+            LevelCopy(copy, block).run();
         } else {
-            LevelCopy(data, parts).run();
+            LevelCopy(data, block).run();
         }
     });
-    const MeshData& finest = levels.finest().data();
     const Settings& settings = finest.settings();
     const glm::dvec3& origin = finest.grid().origin();
     SnapshotHeader header{};
@@ -189,8 +252,7 @@ std::vector<std::byte> write_snapshot(const Levels& levels, LongTest long_tests)
     header.adaptive = finest.is_adaptive() ? 1 : 0;
     header.footprint_scale = settings.footprint_scale;
     header.has_given_origin = std::isnan(settings.origin.x) ? 0 : 1;
-    return write_block(header, records_of(finest.user_lights()), records, parts.slots, parts.regions,
-                       parts.bricks, parts.tile_indices, parts.tiles, parts.rows, parts.words);
+    return block.finish(header);
 }
 
 }  // namespace lightmesh::detail
