@@ -182,7 +182,8 @@ TEST_CASE("an allocation that fails while a snapshot is taken or merged loses an
     const lightmesh::Settings settings{.radius = 0.7f, .quality = 2.0f};
     std::vector<float> all(lights.size());
     const lightmesh::LightMesh mesh{test::PlainTracer{&scene}, lights, settings};
-    for (const test::SurfacePoint& p : test::surface_points(random, scene, 5))
+    const auto points = test::surface_points(random, scene, 5);
+    for (const test::SurfacePoint& p : points)
         mesh.visibility(p.position, p.normal, all);
     const std::vector<std::byte> expected = mesh.snapshot();
     /// How many allocations `try_once` makes: each of them fails once.
@@ -199,6 +200,15 @@ TEST_CASE("an allocation that fails while a snapshot is taken or merged loses an
             failing = 0;
         }
         return failures;
+    };
+    /// Lets one allocation fail, if `try_once` makes so many.
+    const auto fails_at = [](std::size_t allocation, auto&& try_once) {
+        failing = allocations.load() + allocation;
+        try {
+            try_once();
+        } catch (const std::bad_alloc&) {
+        }
+        failing = 0;
     };
     std::vector<std::byte> taken;
     CHECK(failures_of([&] { taken = mesh.snapshot(); }) > 1);
@@ -217,6 +227,21 @@ TEST_CASE("an allocation that fails while a snapshot is taken or merged loses an
     });
     CHECK(failures > 5);
     CHECK(restored.snapshot() == expected);
+    // So does one whose first query ran out of memory before.
+    const lightmesh::LightMesh fresh{test::PlainTracer{&scene}, lights, settings};
+    const glm::vec3 point = points.front().position;
+    const glm::vec3 normal = points.front().normal;
+    fresh.visibility(point, normal, all);
+    std::vector<float> found(lights.size());
+    for (std::size_t of_query = 1; of_query < 12; ++of_query)
+        for (std::size_t of_merge = 1; of_merge < 14; ++of_merge) {
+            lightmesh::LightMesh touched{test::PlainTracer{&scene}, lights, settings};
+            fails_at(of_query, [&] { touched.visibility(point, normal, found); });
+            fails_at(of_merge, [&] { touched.merge(expected); });
+            CHECK(touched.snapshot().size() >= nothing.size());
+            touched.visibility(point, normal, found);
+            CHECK(found == all);
+        }
 }
 
 TEST_CASE("a warm query of a visibility cache allocates nothing") {

@@ -27,6 +27,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -149,13 +150,17 @@ public:
     /// parts of the points each.
     template <class Progress>
     bool fill(std::span<const SurfacePoint> points, Progress&& progress) const {
+        constexpr std::size_t at_once = 64;
         constexpr std::size_t block = 256;
-        std::vector<float> unused(light_count());
+        std::vector<float> unused(at_once * light_count());
         Query query(*store_);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            query.all(points[i], unused);
-            const bool ends_block = (i + 1) % block == 0 || i + 1 == points.size();
-            if (ends_block && !static_cast<bool>(progress(i + 1, points.size())))
+        for (std::size_t done = 0; done < points.size();) {
+            const std::size_t first = done;
+            done = (std::min)(first + at_once, points.size());
+            query.all(
+                done - first, [&](std::size_t i) { return points[first + i]; }, std::span<float>(unused));
+            const bool ends_block = done % block == 0 || done == points.size();
+            if (ends_block && !static_cast<bool>(progress(done, points.size())))
                 return false;
         }
         return true;
@@ -199,7 +204,7 @@ public:
     /// The same by the caller's shaders, which make the rays, trace them and count: lamp_shares.glsl, with a
     /// tracer of the caller's. What takes rays on the CPU is only to see where records stand and what lies
     /// around them. May be called as `fill` is. Throws what the shaders and the cache's tracer throw, and
-    /// std::bad_alloc.
+    /// std::bad_alloc; of what the shaders were at work on nothing is kept then.
     ///
     ///     cache.fill_shares(missing, [&](std::span<const std::byte> work, std::span<std::uint32_t> found) {
     ///         // write `work` to a buffer, dispatch (found.size() + 3) / 4 workgroups, read `found` back

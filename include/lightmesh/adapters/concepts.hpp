@@ -85,8 +85,10 @@ concept Intersector = std::copy_constructible<T> && requires(const T& tracer, co
 /// lamp; their other ends are light points of some bricks of 4x4x4 beside each other, brick by brick:
 /// samples, or those that are asked for; with refined shadow maps those of them that no map decides. Links
 /// come in calls of 24, of one cell; exact short tests in calls that share an origin; linked ones from as
-/// many points, if they are queried together; a cache's from one record to some lamps. The member for one
-/// segment is still called: for shadow rays, and where a query needs one answer before it can ask on.
+/// many points, if they are queried together; a cache's from one record to some lamps, from places around it
+/// down to their surface, and from points that are queried together to lattice points near each of them. The
+/// member for one segment is still called: for shadow rays, and where a query needs one answer before it can
+/// ask on.
 template <class T>
 concept BatchIntersector = Intersector<T> &&
     requires(const T& tracer, std::span<const Segment> segments, std::span<std::uint8_t> hit) {

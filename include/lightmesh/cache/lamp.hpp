@@ -6,6 +6,7 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
 #include <lightmesh/segment.hpp>
+#include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/geometric.hpp>
@@ -50,7 +51,9 @@ public:
     /// Whether one ray says all.
     bool is_point() const { return !is_rectangle_ && size_ == 0.0; }
     /// How far above its centre a lamp that is no rectangle reaches; of a directional light at distance 1.
-    double top() const { return shape_.is_directional ? size_ / std::sqrt(1.0 + size_ * size_) : size_; }
+    double top() const {
+        return shape_.is_directional ? size_ / std::sqrt(1.0 + rounded(size_ * size_)) : size_;
+    }
     /// How far short of its centre rays end, for its size.
     double rest() const { return 1.15 * size_; }
 
@@ -58,10 +61,10 @@ public:
     bool is_below(const glm::vec3& point, const glm::vec3& unit_normal) const {
         const glm::dvec3 n(unit_normal);
         if (shape_.is_directional)
-            return glm::dot(n, glm::dvec3(shape_.at)) < -top();
-        const double height = glm::dot(n, glm::dvec3(shape_.at) - glm::dvec3(point));
+            return rounded_dot(n, glm::dvec3(shape_.at)) < -top();
+        const double height = rounded_dot(n, glm::dvec3(shape_.at) - glm::dvec3(point));
         if (is_rectangle_)
-            return height < -std::abs(glm::dot(n, half_u_)) - std::abs(glm::dot(n, half_v_));
+            return height < -std::abs(rounded_dot(n, half_u_)) - std::abs(rounded_dot(n, half_v_));
         return height < -top();
     }
 
@@ -69,7 +72,7 @@ public:
     bool is_cut(const glm::vec3& point, const glm::vec3& unit_normal) const {
         const glm::dvec3 n(unit_normal);
         const glm::dvec3 at(shape_.at);
-        return glm::dot(n, shape_.is_directional ? at : at - glm::dvec3(point)) < extent_along(n);
+        return rounded_dot(n, shape_.is_directional ? at : at - glm::dvec3(point)) < extent_along(n);
     }
 
     /// How far the lamp reaches at most from its centre along any direction; of a directional light at
@@ -92,7 +95,8 @@ public:
                 shape_.is_directional ? reach : (std::min)(length, reach)};
     }
 
-    /// The lamp as seen from one point: where rays go.
+    /// The lamp as seen from one point: where rays go. Shaders find the same (see lamp.glsl): each product
+    /// is rounded by itself.
     class View {
     public:
         /// `turn`: 32 bits that choose a rotation, or a shift, of the pattern. They should not depend on the
@@ -104,14 +108,14 @@ public:
             const bool is_directional = shape.is_directional;
             middle_ =
                 is_directional ? glm::dvec3(shape.at) * reach : glm::dvec3(shape.at) - glm::dvec3(origin);
-            const double distance = glm::length(middle_);
+            const double distance = std::sqrt(rounded_dot(middle_, middle_));
             const double inverse = distance > 0.0 ? 1.0 / distance : 0.0;
             if (!is_directional) {
                 // Lamps do not shadow themselves: rays end short of the sphere, of the point, of the pane.
                 const auto end = static_cast<double>(end_offset(shape.at, static_cast<float>(step)));
                 const double rest = (std::max)(end, lamp.rest());
                 const double least = lamp.is_point() || lamp.is_rectangle_ ? 0.5 : 0.3;
-                share_ = distance > 0.0 ? (std::max)(least, 1.0 - rest * inverse) : 0.0;
+                share_ = distance > 0.0 ? (std::max)(least, 1.0 - rounded(rest * inverse)) : 0.0;
                 if (share_ * distance > reach)
                     share_ = reach * inverse;
             }
@@ -129,19 +133,19 @@ public:
         Segment ray(std::size_t i) const {
             const glm::dvec2 at = is_rectangle_ ? square_point(static_cast<std::uint32_t>(i), turn_bits_)
                                                 : disc_point_beyond(i);
-            return to(middle_ + at.x * u_ + at.y * v_);
+            return to(middle_ + rounded(at.x * u_) + rounded(at.y * v_));
         }
         /// The i-th of eight rays to the lamp's rim: where some of it is hidden by something large, they
         /// disagree.
         Segment rim_ray(std::size_t i) const {
             const glm::dvec2 at = is_rectangle_ ? square_rim(i) : disc_rim(i, turn_);
-            return to(middle_ + at.x * u_ + at.y * v_);
+            return to(middle_ + rounded(at.x * u_) + rounded(at.y * v_));
         }
         Segment middle_ray() const { return to(middle_); }
 
     private:
         Segment to(const glm::dvec3& offset) const {
-            return {origin_, glm::vec3(glm::dvec3(origin_) + share_ * offset)};
+            return {origin_, glm::vec3(glm::dvec3(origin_) + rounded(share_ * offset))};
         }
 
         /// Beyond the points of the disc come the same again, turned by a sixteenth of a turn each time.
@@ -157,8 +161,8 @@ public:
             const double sign = n.z < 0.0 ? -1.0 : 1.0;
             const double a = -1.0 / (sign + n.z);
             const double b = n.x * n.y * a;
-            u_ = glm::dvec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
-            v_ = glm::dvec3(b, sign + n.y * n.y * a, -n.y);
+            u_ = glm::dvec3(1.0 + rounded(sign * n.x * n.x * a), sign * b, -sign * n.x);
+            v_ = glm::dvec3(b, sign + rounded(n.y * n.y * a), -n.y);
         }
 
         glm::vec3 origin_;
@@ -176,7 +180,7 @@ public:
 private:
     double extent_along(const glm::dvec3& unit_normal) const {
         return is_rectangle_
-                   ? std::abs(glm::dot(unit_normal, half_u_)) + std::abs(glm::dot(unit_normal, half_v_))
+                   ? std::abs(rounded_dot(unit_normal, half_u_)) + std::abs(rounded_dot(unit_normal, half_v_))
                    : size_;
     }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/support/rounded.hpp>
+
 #include <glm/vec2.hpp>
 
 #include <array>
@@ -54,7 +56,7 @@ inline constexpr std::size_t most_pattern_points = 256;
 inline glm::dvec2 disc_point(std::size_t i, const glm::dvec2& turn) {
     const double x = disc_points[i][0] / 1024.0;
     const double y = disc_points[i][1] / 1024.0;
-    return {x * turn.x - y * turn.y, x * turn.y + y * turn.x};
+    return {rounded(x * turn.x) - rounded(y * turn.y), rounded(x * turn.y) + rounded(y * turn.x)};
 }
 
 /// A point of the square [-1, 1]^2: the (0, 2)-sequence of Sobol (1967) in base 2, shifted digit by digit
@@ -91,7 +93,7 @@ inline glm::dvec2 disc_rim(std::size_t i, const glm::dvec2& turn) {
     const double radius = i % 2 == 0 ? rim : 0.70710678118654752440 * rim;
     const double x = radius * around_square[i][0];
     const double y = radius * around_square[i][1];
-    return {x * turn.x - y * turn.y, x * turn.y + y * turn.x};
+    return {rounded(x * turn.x) - rounded(y * turn.y), rounded(x * turn.y) + rounded(y * turn.x)};
 }
 
 }  // namespace lightmesh::detail

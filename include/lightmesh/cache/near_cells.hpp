@@ -30,11 +30,12 @@ public:
 
     /// Where a cell is, or may be put in the place of another one.
     CacheCell& place_of(const CellCorners& corners, const Facing& facing, int level) {
-        // Neighbours on a surface do not take each other's place, and those on two surfaces seldom.
+        // Neighbours on a surface, level or sloped, do not take each other's place, and those on two surfaces
+        // seldom.
         const auto u = static_cast<std::size_t>(corners.u);
         const auto v = static_cast<std::size_t>(corners.v);
-        const std::size_t surface = 3 * static_cast<std::size_t>(corners.along[0]) + 5 * facing.number();
-        const std::size_t place = ((u & 3u) + 4 * (v & 3u)) ^ (surface & 15u);
+        const std::size_t surface = 6 * static_cast<std::size_t>(corners.along[0]) + 5 * facing.number();
+        const std::size_t place = ((u & 3u) + 4 * (v & 3u) + surface) & 15u;
         return cells_[16 * (static_cast<std::size_t>(level) & 3u) + place];
     }
 

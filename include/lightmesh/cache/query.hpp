@@ -49,9 +49,9 @@ public:
         for (std::size_t first = 0; first < count;) {
             const std::size_t last = begin_points(first, count, point_at);
             for (std::size_t tile = 0; tile < lamps.tile_count(); ++tile) {
-                for (std::size_t i = first; i < last; ++i)
-                    points_[i - first].lit =
-                        rows.subspan(i * lamps.size() + tile * lamps_per_tile, lamps.tile_size(tile));
+                for (std::size_t i = 0; i < point_count_; ++i)
+                    points_[i].lit = rows.subspan((first + i) * lamps.size() + tile * lamps_per_tile,
+                                                  lamps.tile_size(tile));
                 find(tile, ~std::uint64_t{0});
             }
             first = last;

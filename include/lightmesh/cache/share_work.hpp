@@ -54,7 +54,8 @@ public:
              number(look.plan.first), number(look.plan.most),
              number(look.place_count) | number(look.rays_of_place) << 8 | number(look.parts_apart) << 16});
         for (std::size_t i = 0; i < look.place_count; ++i) {
-            const bool is_own = look.places[i].position == origin.position;
+            const bool is_own = look.places[i].position == origin.position &&
+                                look.places[i].unit_normal == origin.unit_normal;
             words_.push_back(words_of(look.places[i].position, look.part[i] | (is_own ? 256u : 0u)));
             words_.push_back(words_of(look.places[i].unit_normal, 0));
         }

@@ -185,7 +185,8 @@ struct Fits {
     std::uint32_t suspect;
     std::uint32_t clear;
 
-    /// Whether some record tells that nothing stands out between it and the point, and no other one
+    /// Whether nothing stands out between the point and the records, if links between these are open: all fit
+    /// it, or one does wholly, and no other one
     /// contradicts.
     bool are_enough() const {
         std::uint32_t wholly = 0;

@@ -1275,7 +1275,8 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         is_clear = (is_clear & ~(1u << k)) | fit >> 10 << k;
     }
     uint seen = 15u;
-    // Between the point and a record that fits it nothing stands out, if no other record tells of it.
+    // Nothing stands out between the point and the records if all fit it, or one does wholly, and no other one
+    // contradicts.
     uint wholly = lightmesh_cache_bits(uvec4(equal(fits, ivec4(256))));
     bool fits_enough = all(greaterThan(fits, ivec4(0))) || (wholly != 0u && (wholly | is_clear) == 15u);
     if (!fits_enough || suspect != 0u || lightmesh_cache_cell.links != 15u) {

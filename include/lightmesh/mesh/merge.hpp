@@ -315,7 +315,7 @@ public:
             if (level.parts().bricks.empty())
                 return;
             MeshData& mine = levels_.level(k).data();
-            if (rules_.is_plain_copy && !mine.knows_anything())
+            if (rules_.is_plain_copy && mine.is_untouched())
                 mine.restore(level.parts());
             else
                 LevelMerge<SnapshotLevel>(mine, level, rules_).add();

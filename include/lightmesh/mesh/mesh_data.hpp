@@ -277,9 +277,9 @@ public:
         return true;
     }
 
-    /// Takes over all that another mesh with the same lights in the same slots knows, while this one knows
-    /// nothing. For one thread, while nobody else uses the data. Throws what `Pool::allocate` throws; nothing
-    /// has changed then.
+    /// Takes over all that another mesh with the same lights in the same slots knows, while this one is
+    /// untouched. For one thread, while nobody else uses the data. Throws what `Pool::allocate` throws;
+    /// nothing has changed then.
     void restore(const LevelParts& parts) {
         auto table = std::make_unique<SlotTable>(parts.slots);
         regions_.reserve_first(parts.regions.size());
@@ -338,6 +338,9 @@ public:
 
     /// Whether any brick is there.
     bool knows_anything() const { return bricks_.size() != 0; }
+    /// Whether nothing was ever added, not even in vain: a region can be there without bricks after memory
+    /// ran out.
+    bool is_untouched() const { return regions_.size() == 0 && !knows_anything(); }
 
     /// How many entries of each kind there are, those that are no longer in use included.
     struct Counts {
