@@ -23,10 +23,8 @@ constexpr std::uint32_t occluded_words[] = {
 constexpr std::uint32_t most_groups = 65535;
 
 std::vector<ComputeBinding> bindings_of(const ComputeDevice& device, const GpuScene& scene) {
-    std::vector<ComputeBinding> bindings = scene.bindings();
-    for (std::uint32_t i = 0; i < 2; ++i)
-        bindings.push_back({.set = 1, .binding = i, .buffer = ComputeBuffer(device, std::size_t{16})});
-    return bindings;
+    const ComputeBuffer nothing(device, std::size_t{16});
+    return scene.bindings_with(nothing, nothing);
 }
 
 }  // namespace

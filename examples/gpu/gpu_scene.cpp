@@ -163,4 +163,12 @@ std::size_t GpuScene::update(const EmbreeScene& scene, const SceneChange& change
     return written + sizeof frame;
 }
 
+std::vector<ComputeBinding> GpuScene::bindings_with(const ComputeBuffer& asked,
+                                                    const ComputeBuffer& found) const {
+    std::vector<ComputeBinding> made = bindings_;
+    made.push_back({.set = 1, .binding = 0, .buffer = asked});
+    made.push_back({.set = 1, .binding = 1, .buffer = found});
+    return made;
+}
+
 }  // namespace demo

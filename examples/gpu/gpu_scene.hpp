@@ -28,6 +28,8 @@ public:
     std::size_t update(const EmbreeScene& scene, const SceneChange& change);
 
     const std::vector<ComputeBinding>& bindings() const { return bindings_; }
+    /// The same, with what rays are asked for by and what they find as bindings 0 and 1 of set 1.
+    std::vector<ComputeBinding> bindings_with(const ComputeBuffer& asked, const ComputeBuffer& found) const;
 
 private:
     struct Copy;

@@ -4,7 +4,6 @@
 #include <lightmesh/fill/share_finder.hpp>
 
 #include <algorithm>
-#include <vector>
 
 namespace demo {
 
@@ -22,20 +21,12 @@ std::size_t shares_at_once(const ComputeDevice& device) {
     return device.is_cpu() ? std::size_t{1} << 12 : lightmesh::most_listed_shares;
 }
 
-std::vector<ComputeBinding> share_bindings(const GpuScene& scene, const ComputeBuffer& work,
-                                           const ComputeBuffer& found) {
-    std::vector<ComputeBinding> made = scene.bindings();
-    made.push_back({.set = 1, .binding = 0, .buffer = work});
-    made.push_back({.set = 1, .binding = 1, .buffer = found});
-    return made;
-}
-
 }  // namespace
 
 LampShares::LampShares(const ComputeDevice& device, const GpuScene& scene)
     : device_(device), work_(device, std::size_t{1} << 20),
       found_(device, lightmesh::most_listed_shares * sizeof(std::uint32_t)),
-      kernel_(device, share_words, share_bindings(scene, work_, found_), sizeof(std::uint32_t)) {}
+      kernel_(device, share_words, scene.bindings_with(work_, found_), sizeof(std::uint32_t)) {}
 
 void LampShares::operator()(std::span<const std::byte> work, std::span<std::uint32_t> found,
                             const std::atomic<bool>* cancel) {

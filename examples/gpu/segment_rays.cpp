@@ -22,20 +22,12 @@ std::size_t segments_at_once(const ComputeDevice& device) {
                       std::size_t{group_size});
 }
 
-std::vector<ComputeBinding> bindings_of(const GpuScene& scene, const ComputeBuffer& segments,
-                                        const ComputeBuffer& blocked) {
-    std::vector<ComputeBinding> made = scene.bindings();
-    made.push_back({.set = 1, .binding = 0, .buffer = segments});
-    made.push_back({.set = 1, .binding = 1, .buffer = blocked});
-    return made;
-}
-
 }  // namespace
 
 SegmentRays::SegmentRays(const ComputeDevice& device, const GpuScene& scene)
     : device_(device), at_once_(segments_at_once(device)), segments_(device, at_once_ * sizeof(Segment)),
       blocked_(device, at_once_ / 8),
-      kernel_(device, blocked_words, bindings_of(scene, segments_, blocked_), sizeof(std::uint32_t)) {}
+      kernel_(device, blocked_words, scene.bindings_with(segments_, blocked_), sizeof(std::uint32_t)) {}
 
 void SegmentRays::operator()(std::span<const Segment> segments, std::span<std::uint8_t> hit,
                              const std::atomic<bool>* cancel) {

@@ -1090,7 +1090,7 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
         lightmesh_cache_level_least(level),
         lightmesh_double_scale(lightmesh_double_of(lightmesh_cache_largest(at.position)), -21));
     bool is_suspect = lightmesh_double_less(least, before) && lightmesh_double_less(least, before_record);
-    least.y ^= 0x80000000u;
+    least = lightmesh_double_negate(least);
     bool is_clear = lightmesh_double_less(before, least) || lightmesh_double_less(before_record, least);
     return uint(share) | (is_suspect ? 512u : 0u) | (is_clear ? 1024u : 0u);
 }
