@@ -48,7 +48,8 @@ bool blend_one(std::uint32_t& found, std::uint32_t& left, const BlendLevel& leve
         }
         spread = spread * (512 - ((std::min)(2 * value, one_value) >> 8)) >> 8;
         const std::uint32_t t =
-            2 * std::clamp<std::uint32_t>((std::max)(spread, spread_low) - spread_low, 0, spread_range);
+            2 * std::clamp<std::uint32_t>((std::max)(spread, level.spread_low) - level.spread_low, 0,
+                                          spread_range);
         beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
         const std::uint32_t probe = byte_of(CellValues::centre);
         if ((probe == 0 && least > open_from) || (probe == 255 && greatest < closed_to) ||
@@ -112,6 +113,7 @@ TEST_CASE("kernels of the cache blend as a plain loop over lights does, to the b
                 random.below(2) == 0 ? 0 : static_cast<std::uint32_t>(random.below(one_weight + 1));
             level.missing =
                 random.below(2) == 0 ? 0 : static_cast<std::uint32_t>(random.below(one_weight + 1));
+            level.spread_low = spread_lows[random.below(3)];
             level.force = random.below(4) == 0 ? one_weight : 0;
             level.fade =
                 static_cast<std::uint32_t>(random.below(2) == 0 ? one_weight : random.below(one_weight + 1));

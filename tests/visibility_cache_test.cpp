@@ -441,6 +441,39 @@ TEST_CASE("visibility cache: sheets close to walls of any orientation keep their
     }
 }
 
+TEST_CASE("visibility cache: no light comes under the edge of a sheet that lies just over a floor") {
+    test::Random random(47);
+    for (int turn = 0; turn < 6; ++turn) {
+        const Vec up = turn < 3 ? Vec(turn == 0, turn == 1, turn == 2) : random.direction();
+        const Vec right = glm::normalize(glm::cross(up, std::abs(up.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+        const Vec forward = glm::cross(up, right);
+        const double edge = random.uniform(3.5, 4.5);
+        for (const double height : {0.01, 0.04, 0.1, 0.2, 0.35}) {
+            std::vector<test::Triangle> scene;
+            test::add_quad(scene, -9.0 * right - 9.0 * forward, 18.0 * right, 18.0 * forward);
+            test::add_quad(scene, -4.0 * right - 4.0 * forward + height * up, (4.0 + edge) * right,
+                           8.0 * forward);
+            // From within, so that its rays slant outwards, and straight from above.
+            const std::vector<Light> lights{
+                lightmesh::PointLight{.position = glm::vec3(0.3 * right + 5.0 * up), .radius = 0.05f},
+                lightmesh::DirectionalLight{glm::vec3(-up)}};
+            const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
+            CAPTURE(turn);
+            CAPTURE(height);
+            // Where records lie between floor and sheet, those beside the sheet are blended in as far as the
+            // diagonal of a finest cell. A lower sheet covers the floor up to its edge.
+            const double least = height < 0.05 ? 0.05 : 0.18;
+            for (int i = 0; i < 200; ++i) {
+                const double inside = random.uniform(least, 0.6);
+                CAPTURE(inside);
+                const Vec point = (edge - inside) * right + random.uniform(-2.0, 2.0) * forward;
+                for (std::size_t l = 0; l < lights.size(); ++l)
+                    CHECK(cache.visibility(glm::vec3(point), glm::vec3(up), l) < 0.1f);
+            }
+        }
+    }
+}
+
 TEST_CASE("visibility cache: no light comes through a double wall, nor through a single thin one") {
     test::Random random(43);
     for (const double gap : {0.0, 1e-5, 0.02, 0.3, 0.7}) {

@@ -16,9 +16,11 @@ namespace lightmesh::detail {
 inline constexpr std::uint32_t one_value = 255u * 256u;
 
 /// The greatest weighted difference between one record and their blend, of one_value, up to which a level
-/// does without the next one, and how much farther it lasts to give way wholly. Below a blend of one half the
-/// difference counts more, up to twice as much in the dark, where the eye sees less light.
-inline constexpr std::uint32_t spread_low = 3264;     // .05
+/// does without the next one: .01, .1 and .15, for levels of g, of g / 2, and finer ones. Where coarse
+/// records nearly agree they may miss most, and finer ones cost most and mend least. It gives way wholly
+/// where the difference is greater by spread_range. Below a blend of one half the difference counts more, up
+/// to twice as much in the dark, where the eye sees less light.
+inline constexpr std::array<std::uint32_t, 3> spread_lows{653, 6528, 9792};
 inline constexpr std::uint32_t spread_range = 16384;  // .25
 
 /// What probes say beside 0 and 255, closed and open: some rays of a cell are open and some closed, or there
@@ -47,7 +49,8 @@ struct BlendLevel {
     /// Of the cell's; beyond the taps, up to a multiple of four, any of them, with a weight of 0.
     std::array<std::uint8_t, 8> records;
     std::array<std::uint32_t, 8> weights;
-    std::uint32_t force = 0;  ///< least share of the next level, of one_weight
+    std::uint32_t spread_low = spread_lows[0];  ///< of `spread_lows`
+    std::uint32_t force = 0;                    ///< least share of the next level, of one_weight
     std::uint32_t fade = static_cast<std::uint32_t>(one_weight);  ///< greatest share of the next level
     bool is_last = false;
     std::uint32_t window = 0;  ///< weight of the cell's probe; 0: it is not asked

@@ -454,12 +454,18 @@ private:
         const bool is_last = next == 0;
         BlendLevel taps;
         taps.values = &cell.values;
-        make_taps(walk, level, taps);
-        if (taps.taps == 0) {
-            if (is_last)
-                end_exactly(walk, tile);
+        const std::int32_t covered = make_taps(walk, level, taps);
+        // Under a sheet's edge the records that are seen lie beside the sheet, and know nothing of it.
+        const bool is_exact_share = covered != 0 && next < one_weight;
+        if ((taps.taps == 0 && is_last) || (is_exact_share && covered == one_weight)) {
+            add_exact(walk, tile, walk.lights);
+            walk.lights = 0;
             return;
         }
+        if (taps.taps == 0)
+            return;
+        if (is_exact_share)
+            add_exact(walk, tile, walk.lights, covered);
         begin_blend(walk);
         if (walk.smooth_lights != 0) {
             const std::uint64_t bent = bent_lights(walk, taps, tile);
@@ -480,6 +486,8 @@ private:
             cell.begin(tile);
         const bool is_exact = is_last && store_.settings().exact_edges;
         taps.is_last = is_last && !is_exact;
+        taps.spread_low =
+            spread_lows[static_cast<std::size_t>(std::clamp(level - Lattice::base_level, 0, 2))];
         taps.force = is_exact || is_base ? 0 : one_weight;
         taps.fade = static_cast<std::uint32_t>(is_exact ? one_weight : next);
         const bool has_probes = lattice.has_probes(level);
@@ -499,8 +507,10 @@ private:
         if (walk.is_flat && cell.is_shared && (walk.lights & ~cell.compared) != 0)
             cell.compare(walk.lights, has_probes);
         walk.lights = kernels_.blend_level(walk.blend, walk.lights, taps);
-        if (is_exact && walk.lights != 0)
-            end_exactly(walk, tile);
+        if (is_exact && walk.lights != 0) {
+            add_exact(walk, tile, walk.lights);
+            walk.lights = 0;
+        }
     }
 
     /// Where the first cell that a point visits has the same value in all records, for every light, no more
@@ -568,8 +578,8 @@ private:
         return bent;
     }
 
-    /// Gives what is left of the lights' weights to rays from the point itself.
-    void add_exact(Walk& walk, std::size_t tile, std::uint64_t lights) {
+    /// Gives a share of what is left of the lights' weights to rays from the point itself.
+    void add_exact(Walk& walk, std::size_t tile, std::uint64_t lights, std::int32_t share = one_weight) {
         if (listed_ != nullptr)
             return;
         begin_blend(walk);
@@ -583,30 +593,32 @@ private:
             const auto l = static_cast<std::size_t>(std::countr_zero(lights));
             Lanes& found = walk.blend.found[l / 8];
             Lanes& left = walk.blend.left[l / 8];
-            found[l % 8] += left[l % 8] * (static_cast<std::uint32_t>(values[l]) << 8);
-            left[l % 8] = 0;
+            const std::uint32_t given = left[l % 8] * static_cast<std::uint32_t>(share) >> 15;
+            found[l % 8] += given * (static_cast<std::uint32_t>(values[l]) << 8);
+            left[l % 8] -= given;
         }
     }
-    void end_exactly(Walk& walk, std::size_t tile) {
-        add_exact(walk, tile, walk.lights);
-        walk.lights = 0;
-    }
 
-    void make_taps(const Walk& walk, int level, BlendLevel& taps) {
+    /// The records that serve a point. Returns how far it may be covered, of one_weight, by something thin
+    /// that records lie on which it does not see.
+    std::int32_t make_taps(const Walk& walk, int level, BlendLevel& taps) {
         CacheCell& cell = *walk.cell;
         const std::array<std::int32_t, 4> bilinear = walk.stencil.weights();
         if (walk.is_flat) {
             taps.taps = 4;
             for (std::size_t k = 0; k < 4; ++k)
                 taps.set(k, k, static_cast<std::uint32_t>(bilinear[k]));
-            return;
+            return 0;
         }
         std::array<std::int64_t, 8> raw{};
         const std::array<std::int32_t, 4>& fits = walk.fits.shares;
         std::int32_t served = 0;
+        std::int32_t hidden = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-            if ((walk.seen >> k & 1u) == 0)
+            if ((walk.seen >> k & 1u) == 0) {
+                hidden += (walk.fits.suspect >> k & 1u) != 0 ? bilinear[k] : 0;
                 continue;
+            }
             served += bilinear[k] * fits[k] >> 8;
             const std::int64_t weight = bilinear[k] + 1;
             if (fits[k] == 256) {
@@ -622,8 +634,10 @@ private:
         // Objects about as large as the cell lie near: what records say that are left, or in the air, need
         // not hold for the point. On the finer levels less weight hangs on that.
         const bool is_coarse = level < Lattice::base_level + 2;
-        taps.missing =
-            is_coarse ? static_cast<std::uint32_t>((std::min)(5 * (one_weight - served), one_weight)) : 0;
+        const std::int32_t covered = (std::min)(5 * hidden, one_weight);
+        const std::int32_t missing = is_coarse ? (std::min)(5 * (one_weight - served), one_weight) : covered;
+        taps.missing = static_cast<std::uint32_t>(missing);
+        return covered;
     }
 
     static void add_tap(BlendLevel& taps, std::array<std::int64_t, 8>& raw, std::size_t record,

@@ -823,6 +823,7 @@ struct LightMeshCacheCell {
     bool has_surface_taps;
     bool has_air_taps;
     uint missing;  // least share of the next level for lights that any of the records sees
+    uint covered;  // how far the point may be covered by something thin, see `make_taps` of the library
     uint lacks;    // why it is not known
 };
 // The one in work: passed from function to function it would be copied.
@@ -1200,7 +1201,7 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     int facing = turn == 0 ? at.facings.x : turn == 1 ? at.facings.y : at.facings.z;
     int axis = lightmesh_cache_axis(facing);
     lightmesh_cache_cell.lacks = 0u;
-    lightmesh_cache_cell.missing = 0u;
+    lightmesh_cache_cell.missing = lightmesh_cache_cell.covered = 0u;
     lightmesh_cache_cell.has_taps = lightmesh_cache_cell.has_air_taps = lightmesh_cache_cell.has_surface_taps = false;
     lightmesh_cache_cell.air_weights = lightmesh_cache_cell.air_taps = uvec4(0u);
     lightmesh_cache_place(at, facing, level);
@@ -1324,7 +1325,10 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     lightmesh_cache_cell.air_weights = air_weights;
     if (lightmesh_cache_cell.has_taps)
         lightmesh_cache_set_weights();
-    lightmesh_cache_cell.missing = level < 11 ? uint(min(5 * (32768 - served), 32768)) : 0u;
+    ivec4 hidden = weights * (1 - ivec4(is_seen)) * ivec4(suspect & 1u, suspect >> 1 & 1u, suspect >> 2 & 1u, suspect >> 3);
+    int covered = min(5 * (hidden.x + hidden.y + hidden.z + hidden.w), 32768);
+    lightmesh_cache_cell.covered = uint(covered);
+    lightmesh_cache_cell.missing = uint(level < 11 ? min(5 * (32768 - served), 32768) : covered);
 }
 
 // The probe of a cell, or 0.
@@ -1460,6 +1464,7 @@ uint lightmesh_cache_read_shaft(inout uint word) {
 
 // What makes a level give way to the next one.
 struct LightMeshCacheLevel {
+    uint spread_low;  // difference up to which it does not, see `spread_lows`
     uint force;   // least share of the next level
     uint fade;    // greatest share
     uint window;  // weight of the probe
@@ -1539,7 +1544,7 @@ void lightmesh_cache_blend(inout uvec4 found, inout uvec4 left, uvec4 words, uve
             spread = max(spread, lightmesh_cache_farthest(air_words, lightmesh_cache_cell.air_weights, value));
         uvec4 twice = min(2u * value, uvec4(65280u));
         spread = (spread >> 15) * (512u - (twice >> 8)) >> 8;
-        uvec4 t = 2u * min(max(spread, uvec4(3264u)) - 3264u, uvec4(16384u));
+        uvec4 t = 2u * min(max(spread, uvec4(level.spread_low)) - level.spread_low, uvec4(16384u));
         beta = max((t * t >> 15) * (98304u - 2u * t) >> 15, missed);
     }
     if ((level.window | missing) != 0u) {
@@ -1592,7 +1597,9 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         bool is_last = next == 0;
         lightmesh_cache_make_cell(at, turn, level);
         bool has_taps = lightmesh_cache_cell.has_taps;
-        if (lightmesh_cache_cell.lacks != 0u || (!has_taps && is_last)) {
+        uint covered = next < 32768 ? lightmesh_cache_cell.covered : 0u;
+        bool needs_rays = has_taps ? covered != 0u : is_last || covered == 32768u;
+        if (lightmesh_cache_cell.lacks != 0u || needs_rays) {
             at.lacks |= lightmesh_cache_cell.lacks != 0u ? lightmesh_cache_cell.lacks : lightmesh_cache_lacks_rays;
             unknown |= lights;
             break;
@@ -1609,6 +1616,7 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         bool is_base = level >= 9, is_exact = is_last && lightmesh_cache_has_exact_edges();
         LightMeshCacheLevel how;
         how.is_last = is_last && !is_exact;
+        how.spread_low = level <= 9 ? 653u : level == 10 ? 6528u : 9792u;
         how.force = is_exact || is_base ? 0u : 32768u;
         how.fade = uint(is_exact ? 32768 : next);
         how.window = 0u;

@@ -168,9 +168,9 @@ LIGHTMESH_AVX2 inline __m256i share_of(__m256i numbers, const Shares& shares) {
                            _mm256_and_si256(numbers, shares.is_whole));
 }
 
-/// beta = smoothstep(.05, .3) of a spread, in parts of one_weight.
-LIGHTMESH_AVX2 inline __m256i share_of_next(__m256i spread) {
-    __m256i t = _mm256_min_epu16(_mm256_subs_epu16(spread, repeat(spread_low)), repeat(spread_range));
+/// beta = smoothstep(low, low + .25) of a spread, in parts of one_weight.
+LIGHTMESH_AVX2 inline __m256i share_of_next(__m256i spread, std::uint32_t low) {
+    __m256i t = _mm256_min_epu16(_mm256_subs_epu16(spread, repeat(low)), repeat(spread_range));
     t = _mm256_add_epi16(t, t);
     const __m256i square = share_of(t, shares_of(t));
     // Half of 3 - 2 t; of the product 18 bits are more than there are.
@@ -319,7 +319,7 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_taps(Blend& blend, std::uint64_t light
             least = _mm_min_epu8(least, bytes[k]);
             greatest = _mm_max_epu8(greatest, bytes[k]);
         }
-        __m256i beta = share_of_next(spread_seen(spread, value));
+        __m256i beta = share_of_next(spread_seen(spread, value), level.spread_low);
         if (has_probe)
             beta = _mm256_max_epu16(beta, share_where(is_missed(probe, least, greatest), level.window));
         for (std::size_t k = 0; k < level.taps && has_misses; ++k)
@@ -390,7 +390,7 @@ LIGHTMESH_AVX2 inline bool blend_light(Blend& blend, std::size_t light, const Bl
     std::uint32_t spread =
         first_of(greatest_of_four(_mm_srli_epi32(_mm_mullo_epi32(differences, spread_weights), 15)));
     spread = spread * (512u - ((std::min)(2 * value, one_value) >> 8)) >> 8;
-    const std::uint32_t t = 2 * (std::min)(spread - (std::min)(spread, spread_low), spread_range);
+    const std::uint32_t t = 2 * (std::min)(spread - (std::min)(spread, level.spread_low), spread_range);
     std::uint32_t beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
     const std::uint32_t greatest = first_of(greatest_of_four(bytes));
     if (level.window != 0 &&

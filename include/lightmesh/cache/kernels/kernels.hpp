@@ -27,9 +27,9 @@ struct CacheKernels {
     void (*start)(Blend& blend, std::uint64_t lights);
     /// Gives what is left of some lights' weights to the values of a cell's first record.
     void (*give_to_first)(Blend& blend, const CellValues& values, std::uint64_t lights);
-    /// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep(.05, .3) of the
+    /// Adds a level: S = lerp(S of this level, S of the next, beta) with beta = smoothstep of the
     /// greatest weighted difference between one record and their blend, more of it in the dark, or more than
-    /// that: see `spread_low` and `BlendLevel`. Returns the lights that the next level has to say something
+    /// that: see `spread_lows` and `BlendLevel`. Returns the lights that the next level has to say something
     /// about.
     std::uint64_t (*blend_level)(Blend& blend, std::uint64_t lights, const BlendLevel& level);
     /// What is found, from 0 to 1.

@@ -183,7 +183,7 @@ inline std::uint64_t blend_level(Blend& blend, std::uint64_t lights, const Blend
         }
         const Lanes twice = 2 * value < one_value ? 2 * value : Lanes{} + one_value;
         spread = spread * (512u - (twice >> 8)) >> 8;
-        Lanes t = spread > spread_low ? spread - spread_low : Lanes{};
+        Lanes t = spread > level.spread_low ? spread - level.spread_low : Lanes{};
         t = 2 * (t < spread_range ? t : Lanes{} + spread_range);
         Lanes beta = (t * t >> 15) * (3u * one_weight - 2 * t) >> 15;
         if (level.window != 0) {
