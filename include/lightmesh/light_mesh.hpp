@@ -83,8 +83,8 @@ public:
     /// maps (LMM+ATK): nothing is rendered before a query needs it. Throws std::invalid_argument also for a
     /// map size out of range, and for a directional light if nobody knows the scene's bounds. Or `source` is
     /// `Occluders`, for shadow volumes (LMM+ATO): S as with rays but within rounding of a shadow's edge;
-    /// settings and bounds of shadow maps play no part. Throws what `OccluderTriangles` throws, which names a
-    /// triangle that is not finite.
+    /// settings and bounds of shadow maps play no part; it is kept, and read anew by `scene_changed`. Throws
+    /// what `OccluderTriangles` throws, which names a triangle that is not finite.
     LightMesh(Tracer tracer, Source source, std::span<const Light> lights,
               const Settings& settings) requires(!std::same_as<Source, Rays>)
         : levels_(std::make_unique<Levels>(std::move(tracer), lights, settings, std::move(source), lights,
