@@ -324,6 +324,60 @@ TEST_CASE("moving scenes: a light that moves costs its own rays, and no others")
     CHECK(after.lamp_rays - before.lamp_rays == alone.statistics().lamp_rays);
 }
 
+TEST_CASE("moving scenes: a light that is added costs its own rays, and a copy none") {
+    constexpr lightmesh::PointLight added{.position{-2.0f, 1.5f, 3.5f}, .radius = 0.2f};
+    for (const int count : {9, 60, 64})
+        for (const bool adaptive : {false, true})
+            for (const bool moves_before : {false, true}) {
+                CAPTURE(count);
+                CAPTURE(adaptive);
+                CAPTURE(moves_before);
+                StillWorld world(count, 60);
+                auto mesh = world.mesh(adaptive);
+                auto cache = world.cache();
+                mesh.fill(world.points);
+                cache.fill(world.points);
+                const auto mesh_before = mesh.statistics();
+                const auto cache_before = cache.statistics();
+                const auto tell = [&](auto& subject) {
+                    if (moves_before)
+                        subject.set_light(3, elsewhere);
+                    subject.compact();
+                    CHECK(subject.add_light(added) == static_cast<std::size_t>(count));
+                    subject.compact();
+                };
+                tell(mesh);
+                tell(cache);
+                mesh.fill(world.points);
+                cache.fill(world.points);
+                const std::uint64_t rays = mesh.statistics().long_rays - mesh_before.long_rays;
+                const std::uint64_t lamp_rays = cache.statistics().lamp_rays - cache_before.lamp_rays;
+                CHECK(mesh.statistics().link_rays == mesh_before.link_rays);
+                if (moves_before)
+                    world.lights[3] = elsewhere;
+                world.lights.emplace_back(added);
+                const auto new_mesh = world.mesh(adaptive);
+                const auto new_cache = world.cache();
+                std::size_t differing = 0;
+                for (const lightmesh::SurfacePoint& point : world.points) {
+                    differing += ask(mesh, point) != ask(new_mesh, point) ? 1u : 0u;
+                    differing += ask(cache, point) != ask(new_cache, point) ? 1u : 0u;
+                }
+                CHECK(differing == 0);
+                world.lights = {added};
+                if (moves_before)
+                    world.lights.emplace_back(elsewhere);
+                const auto mesh_alone = world.mesh(adaptive);
+                const auto cache_alone = world.cache();
+                mesh_alone.fill(world.points);
+                cache_alone.fill(world.points);
+                CHECK(lamp_rays == cache_alone.statistics().lamp_rays);
+                // Groups of lights are found together, in the cells that any of them needs.
+                CHECK(rays > mesh_alone.statistics().long_rays * 4 / 5);
+                CHECK(rays < mesh_alone.statistics().long_rays * 5 / 4);
+            }
+}
+
 TEST_CASE("moving scenes: what a box has nothing to do with is kept") {
     const StillWorld world(20);
     auto mesh = world.mesh();
