@@ -40,6 +40,7 @@ public:
         fresh_ = 0;
         newly_sampled_ = 0;
         kept_ = data.find_kept(*missing.brick, missing.tile);
+        kept_anywhere_ = kept_.anywhere();
         lit_.fill(0);
         const glm::ivec3 coord = missing.brick->position();
         for (int bit = 0; bit < 64; ++bit)
@@ -88,8 +89,9 @@ public:
     std::uint64_t others_of(std::size_t l) const {
         if (((samples_.uniform | ~lights_there_) >> l & 1) != 0)
             return 0;
-        const std::uint64_t cells =
-            missing_.units >> (l / lights_per_group) & every_byte & ~kept_.cells_with(l);
+        std::uint64_t cells = missing_.units >> (l / lights_per_group) & every_byte;
+        if ((kept_anywhere_ >> l & 1) != 0)
+            cells &= ~kept_.cells_with(l);
         const std::uint64_t sampled = (newly_sampled_ >> l & 1) != 0 ? brick_samples : 0;
         return cells * 0xff & in_range(l) & ~sampled;
     }
@@ -128,6 +130,7 @@ private:
     UniformLights samples_;
     std::uint32_t fresh_ = 0;          ///< groups whose samples are new
     KeptLights kept_;                  ///< what is known beside `missing_`
+    std::uint64_t kept_anywhere_ = 0;  ///< lights that it has in some cell
     std::uint64_t newly_sampled_ = 0;  ///< lights of `fresh_`, but those whose samples are known still
     BrickWords lit_;
     std::array<glm::vec3, 64> positions_;
