@@ -119,6 +119,7 @@ std::string FilmMaker::report(bool is_whole) {
         table.add_row({ranks_.size() == 1 ? "frames rendered" : "frames rendered by rank 0",
                        grouped(static_cast<std::uint64_t>(made_))});
     }
+    add_memory_rows(table);
     if (made_ > 0) {
         table.add_rule();
         table.add_row({"seconds: BVH", fixed(embree_.seconds_building(), 3)});
@@ -149,6 +150,25 @@ std::string FilmMaker::report(bool is_whole) {
         }
     }
     return table.text();
+}
+
+/// What the mesh and the cache of this rank hold, and what they have forgotten for want of memory.
+void FilmMaker::add_memory_rows(TextTable& table) const {
+    if (!shadows_)
+        return;
+    const std::string of_rank = ranks_.size() > 1 ? " of rank 0" : "";
+    const auto mesh = shadows_->mesh();
+    const auto cache = shadows_->cache();
+    if (mesh)
+        table.add_row({"memory of the mesh" + of_rank, bytes_text(mesh->bytes)});
+    if (cache)
+        table.add_row({"memory of the cache" + of_rank, bytes_text(cache->bytes)});
+    if (visibility_.cache.memory_budget == lightmesh::CacheSettings{}.memory_budget)
+        return;
+    if (mesh)
+        table.add_row({"bricks forgotten for memory" + of_rank, grouped(mesh->evicted_bricks)});
+    if (cache)
+        table.add_row({"records forgotten for memory" + of_rank, grouped(cache->evicted_records)});
 }
 
 /// By this rank, in all frames.
