@@ -18,7 +18,7 @@ results=$build/results
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
 cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark \
     lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-cache-benchmark lightmesh-moving-benchmark \
-    lightmesh-render --parallel "$(nproc)"
+    lightmesh-random-moves-benchmark lightmesh-render --parallel "$(nproc)"
 program=$build/benchmarks/lightmesh-benchmarks
 
 echo
@@ -61,6 +61,7 @@ echo
 "$build/benchmarks/lightmesh-cache-benchmark" | tee "$results/visibility-cache.md"
 echo
 "$build/benchmarks/lightmesh-moving-benchmark" | tee "$results/moving.md"
+"$build/benchmarks/lightmesh-random-moves-benchmark" | tee -a "$results/moving.md"
 
 # Films by four processes of one thread and by one: what is counted is the same on any number of cores.
 if command -v mpirun >/dev/null; then

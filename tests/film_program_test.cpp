@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 namespace film_program_test {
 
@@ -175,6 +176,70 @@ TEST_CASE("lightmesh-render film: Ctrl-C keeps whole frames, and the same comman
         film(folder, "spheres" + tiny + "--frames 1 --from 2.75 -o " + (folder / "last").string());
     REQUIRE_MESSAGE(alone.status == 0, alone.errors);
     CHECK(demo::read_file(frame(folder, "last", 1)) == demo::read_file(folder / "film/frame-0012.png"));
+}
+
+TEST_CASE(
+    "lightmesh-render film: killed at any moment, it leaves whole frames, and the same command goes on") {
+    const TemporaryFolder folder;
+    const std::string spheres = "spheres" + tiny + "--frames 8 --threads 1 -o ";
+    REQUIRE(film(folder, spheres + (folder / "whole").string()).status == 0);
+    const auto check_frames = [&](const std::string& name) {
+        int there = 0;
+        for (int number = 1; number <= 8; ++number)
+            if (std::filesystem::exists(frame(folder, name, number))) {
+                ++there;
+                CHECK(demo::read_file(frame(folder, name, number)) ==
+                      demo::read_file(frame(folder, "whole", number)));
+            }
+        return there;
+    };
+    // So many milliseconds after a file is there: within the work on a frame, and between two.
+    int killed = 0;
+    for (const auto& [file, milliseconds] : {std::pair("film.txt", 0),
+                                             {"frame-0001.png", 0},
+                                             {"frame-0001.png", 7},
+                                             {"frame-0002.png", 15},
+                                             {"frame-0003.png", 24},
+                                             {"frame-0004.png", 38},
+                                             {"frame-0005.png", 1}}) {
+        CAPTURE(file);
+        const std::string name = "killed" + std::to_string(killed++);
+        const std::string out = (folder / name).string();
+        const std::string command = LIGHTMESH_RENDER " film " + spheres + out;
+        const std::string later = (milliseconds < 10 ? "0.00" : "0.0") + std::to_string(milliseconds);
+        const Finished stopped =
+            test::run(folder, command + " & p=$!; while kill -0 $p && [ ! -e " + out + "/" + file +
+                                  " ]; do :; done; sleep " + later + "; kill -KILL $p; wait $p");
+        CHECK(stopped.status != 0);
+        CHECK(check_frames(name) < 8);
+        const Finished on = test::run(folder, command);
+        REQUIRE_MESSAGE(on.status == 0, on.errors);
+        CHECK(check_frames(name) == 8);
+        CHECK_FALSE(folder.has_part_files());
+    }
+}
+
+TEST_CASE("lightmesh-render film --memory: what goes unused is forgotten, and the pictures are the same") {
+    const TemporaryFolder folder;
+    for (const std::string algorithm : {"cache --memory 0.9", "linked --memory 0.4"}) {
+        CAPTURE(algorithm);
+        const std::string name = algorithm.substr(0, algorithm.find(' '));
+        const std::string park = "park --moving camera --lights 6 -r 3 --fps 1 --frames 6 --width 48 "
+                                 "--height 36 --detail 1 --threads 1 -o ";
+        const Finished all = film(folder, park + (folder / (name + "-all")).string() + " -a " + name);
+        REQUIRE_MESSAGE(all.status == 0, all.errors);
+        CHECK(all.output.find("memory of the") != std::string::npos);
+        CHECK(all.output.find("forgotten for memory") == std::string::npos);
+        const Finished some = film(folder, park + (folder / name).string() + " -a " + algorithm);
+        REQUIRE_MESSAGE(some.status == 0, some.errors);
+        const std::string row = "forgotten for memory";
+        const std::size_t at = some.output.find(row);
+        REQUIRE_MESSAGE(at != std::string::npos, some.output);
+        CHECK(std::stoi(some.output.substr(at + row.size())) > 0);
+        for (int number = 1; number <= 6; ++number)
+            CHECK(demo::read_file(frame(folder, name, number)) ==
+                  demo::read_file(frame(folder, name + "-all", number)));
+    }
 }
 
 TEST_CASE("lightmesh-render film --on gpu: the pictures of picture --on gpu, from anywhere, and it goes on") {
@@ -342,6 +407,9 @@ TEST_CASE("lightmesh-render film: bad input gets one line, and leaves nothing be
     check_refused("spheres --from -1", "from");
     check_refused("spheres --from 3 --to 2", "--from 3 is not before --to 2");
     check_refused("spheres --from 7", "--from 7 is not before the end of the animation, 6");
+    check_refused("spheres --memory 0", "0 is not a finite number above 0");
+    check_refused("spheres --memory nan", "nan is not a finite number above 0");
+    check_refused("spheres --memory 5 --on gpu", "--on gpu does not know --memory");
     check_refused("spheres --time 1", "--time is of still pictures");
     check_refused("spheres --moving walls", "walls");
     check_refused("spheres -o film.png", "a film goes into a folder");

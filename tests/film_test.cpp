@@ -333,6 +333,53 @@ TEST_CASE("all algorithms follow a scene that moves: pictures are those of new o
     }
 }
 
+TEST_CASE("budgets change no picture, and at the next frame what went unused is forgotten") {
+    for (const std::string algorithm : {"cache", "blur-cache", "linked", "lmm+map", "express+volume"}) {
+        CAPTURE(algorithm);
+        demo::Film film(moving_spheres());
+        demo::EmbreeScene embree(film.scene(), demo::EmbreeScene::For::films);
+        demo::VisibilityOptions options;
+        options.settings.radius = film.scene().radius;
+        options.settings.quality = 3.0f;
+        options.settings.shadow_map_size = 64;
+        options.cache.detail = 1;
+        options.depth = demo::DepthSource::embree;
+        const auto unbounded = demo::make_visibility(algorithm, embree, options);
+        const demo::Image first = picture(embree, *unbounded);
+        if (const auto cache = unbounded->cache())
+            options.cache.memory_budget = cache->bytes - cache->bytes / 8;
+        options.settings.memory_budget = 1;
+        const auto bounded = demo::make_visibility(algorithm, embree, options);
+        const auto kept = [&] {
+            const auto cache = bounded->cache();
+            return cache ? cache->records : bounded->mesh()->light_points;
+        };
+        const auto bytes = [&] {
+            const auto cache = bounded->cache();
+            return cache ? cache->bytes : bounded->mesh()->bytes;
+        };
+        CHECK(picture(embree, *bounded).pixels == first.pixels);
+        bounded->begin_frame();
+        CHECK(kept() > 0);
+        CHECK(picture(embree, *bounded).pixels == first.pixels);
+        const std::size_t most = bytes();
+        for (const double time : {0.5, 2.0}) {
+            const SceneChange change = film.go_to(time);
+            embree.update(change);
+            unbounded->update(embree, change);
+            bounded->update(embree, change);
+            bounded->begin_frame();
+            CHECK(picture(embree, *bounded).pixels == picture(embree, *unbounded).pixels);
+        }
+        // Of a frame that asks for nothing all goes.
+        bounded->begin_frame();
+        bounded->begin_frame();
+        CHECK(kept() == 0);
+        CHECK(bytes() < most);
+        CHECK(picture(embree, *bounded).pixels == picture(embree, *unbounded).pixels);
+    }
+}
+
 TEST_CASE("a budget of 1 MB is enough for a flight through the park, if barely, and values stay right") {
     demo::Film film(demo::load_animated("park"), {.objects = false, .lights = false, .camera = true});
     demo::EmbreeScene scene(film.scene(), demo::EmbreeScene::For::films);

@@ -119,7 +119,9 @@ public:
 
     lightmesh::SurfacePoint point() {
         const auto [position, normal] = test::surface_points(random_, scene_, 1)[0];
-        return {.position = position, .normal = normal};
+        // By which level 0 of a mesh, or others up to 3, and all or few of a cache's serve it.
+        const float footprint = random_.below(2) == 0 ? 0.0f : static_cast<float>(random_.uniform(0.02, 2.0));
+        return {.position = position, .normal = normal, .footprint = footprint};
     }
 
 private:
@@ -153,11 +155,19 @@ private:
     std::vector<bool> is_free_ = std::vector<bool>(16, false);
 };
 
-/// Moves, queries, merges, and compares with something new: make(world) must know nothing yet.
+constexpr std::size_t no_budget = (std::numeric_limits<std::size_t>::max)();
+
+/// Moves, queries, merges, and compares with something new: make(world, budget) must know nothing yet. The
+/// subject of two of four seeds has hardly more memory than a new one.
 template <class Make>
-void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
+void compare_with_new(std::uint64_t seed, int rounds, const Make& make_with_budget) {
     MovingWorld world(seed, 9);
-    auto subject = make(world);
+    const auto make = [&](const MovingWorld& of) {
+        return make_with_budget(of, no_budget);
+    };
+    const bool is_bounded = seed / 2 % 2 == 1;
+    auto subject = make_with_budget(world, is_bounded ? make(world).statistics().bytes + std::size_t{50'000}
+                                                      : no_budget);
     std::size_t differing = 0;
     std::vector<lightmesh::SurfacePoint> points;
     for (int i = 0; i < 6; ++i)
@@ -169,7 +179,7 @@ void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
         world.move(subject);
         points[world.random().below(points.size())] = world.point();
         const auto fresh = make(world);
-        switch (world.random().below(6)) {
+        switch (world.random().below(8)) {
         case 0:
             snapshot = subject.snapshot();
             changed_before = world.changed().size();
@@ -184,7 +194,11 @@ void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
             break;
         }
         case 3:
+        case 4:
             subject.begin_frame();
+            break;
+        case 5:
+            subject.compact();
             break;
         default:
             break;
@@ -194,19 +208,25 @@ void compare_with_new(std::uint64_t seed, int rounds, const Make& make) {
                 differing += ask(subject, points[i]) != ask(fresh, points[i]) ? 1u : 0u;
     }
     CHECK(differing == 0);
+    if constexpr (requires { subject.statistics().evicted_bricks; })
+        CHECK((subject.statistics().evicted_bricks > 0) == is_bounded);
+    else
+        CHECK((subject.statistics().evicted_records > 0) == is_bounded);
 }
 
 }  // namespace
 
 TEST_CASE("moving scenes: after any moves a cache of lamps says what a new one says") {
     for (const std::uint64_t seed : {1u, 2u, 3u})
-        compare_with_new(seed, 60, [](const MovingWorld& world) {
-            return VisibilityCache{HitTracer{&world.scene()}, world.lights(),
-                                   CacheSettings{.spacing = 0.4f, .detail = 2, .lamp_rays = 16}};
+        compare_with_new(seed, 60, [](const MovingWorld& world, std::size_t budget) {
+            return VisibilityCache{
+                HitTracer{&world.scene()}, world.lights(),
+                CacheSettings{.spacing = 0.4f, .detail = 2, .lamp_rays = 16, .memory_budget = budget}};
         });
-    compare_with_new(4, 20, [](const MovingWorld& world) {
-        return VisibilityCache{test::PlainTracer{&world.scene()}, world.lights(),
-                               CacheSettings{.spacing = 0.5f, .detail = 1, .lamp_rays = 16}};
+    compare_with_new(4, 20, [](const MovingWorld& world, std::size_t budget) {
+        return VisibilityCache{
+            test::PlainTracer{&world.scene()}, world.lights(),
+            CacheSettings{.spacing = 0.5f, .detail = 1, .lamp_rays = 16, .memory_budget = budget}};
     });
 }
 
@@ -235,7 +255,7 @@ struct WorldPictures {
     }
 };
 
-lightmesh::Settings mesh_settings(std::uint64_t seed) {
+lightmesh::Settings mesh_settings(std::uint64_t seed, std::size_t budget) {
     constexpr std::array short_tests{lightmesh::ShortTest::linked, lightmesh::ShortTest::none,
                                      lightmesh::ShortTest::exact};
     lightmesh::Settings settings;
@@ -244,6 +264,7 @@ lightmesh::Settings mesh_settings(std::uint64_t seed) {
     settings.short_test = short_tests[seed % 3];
     settings.adaptive_long_tests = seed % 2 == 0;
     settings.shadow_map_size = 32;
+    settings.memory_budget = budget;
     return settings;
 }
 
@@ -251,24 +272,24 @@ lightmesh::Settings mesh_settings(std::uint64_t seed) {
 
 TEST_CASE("moving scenes: after any moves a mesh with rays says what a new one says") {
     for (std::uint64_t seed = 0; seed < 6; ++seed)
-        compare_with_new(seed, 40, [seed](const MovingWorld& world) {
+        compare_with_new(seed, 40, [seed](const MovingWorld& world, std::size_t budget) {
             return lightmesh::LightMesh{test::PlainTracer{&world.scene()}, world.lights(),
-                                        mesh_settings(seed)};
+                                        mesh_settings(seed, budget)};
         });
 }
 
 TEST_CASE("moving scenes: after any moves a mesh with shadow volumes says what a new one says") {
     for (std::uint64_t seed = 10; seed < 13; ++seed)
-        compare_with_new(seed, 30, [seed](const MovingWorld& world) {
+        compare_with_new(seed, 30, [seed](const MovingWorld& world, std::size_t budget) {
             return lightmesh::LightMesh{test::PlainTracer{&world.scene()}, WorldTriangles{&world},
-                                        world.lights(), mesh_settings(seed)};
+                                        world.lights(), mesh_settings(seed, budget)};
         });
 }
 
 TEST_CASE("moving scenes: after any moves a mesh with shadow maps says what a new one says") {
     for (std::uint64_t seed = 20; seed < 24; ++seed)
-        compare_with_new(seed, 30, [seed](const MovingWorld& world) {
-            lightmesh::Settings settings = mesh_settings(seed);
+        compare_with_new(seed, 30, [seed](const MovingWorld& world, std::size_t budget) {
+            lightmesh::Settings settings = mesh_settings(seed, budget);
             settings.refine_shadow_maps = seed % 4 == 3;
             return lightmesh::LightMesh{test::PlainTracer{&world.scene()}, WorldPictures{&world},
                                         world.lights(), settings};
@@ -277,10 +298,10 @@ TEST_CASE("moving scenes: after any moves a mesh with shadow maps says what a ne
 
 TEST_CASE("moving scenes: after any moves a cache of a mesh's blur says what a new one says") {
     for (std::uint64_t seed = 30; seed < 32; ++seed)
-        compare_with_new(seed, 30, [seed](const MovingWorld& world) {
+        compare_with_new(seed, 30, [seed](const MovingWorld& world, std::size_t budget) {
             return VisibilityCache{
-                lightmesh::LightMesh{HitTracer{&world.scene()}, world.lights(), mesh_settings(seed)},
-                CacheSettings{.spacing = 0.5f, .detail = 1}};
+                lightmesh::LightMesh{HitTracer{&world.scene()}, world.lights(), mesh_settings(seed, budget)},
+                CacheSettings{.spacing = 0.5f, .detail = 1, .memory_budget = budget}};
         });
 }
 
@@ -324,6 +345,60 @@ TEST_CASE("moving scenes: a light that moves costs its own rays, and no others")
     CHECK(after.lamp_rays - before.lamp_rays == alone.statistics().lamp_rays);
 }
 
+TEST_CASE("moving scenes: a light that is added costs its own rays, and a copy none") {
+    constexpr lightmesh::PointLight added{.position{-2.0f, 1.5f, 3.5f}, .radius = 0.2f};
+    for (const int count : {9, 60, 64})
+        for (const bool adaptive : {false, true})
+            for (const bool moves_before : {false, true}) {
+                CAPTURE(count);
+                CAPTURE(adaptive);
+                CAPTURE(moves_before);
+                StillWorld world(count, 60);
+                auto mesh = world.mesh(adaptive);
+                auto cache = world.cache();
+                mesh.fill(world.points);
+                cache.fill(world.points);
+                const auto mesh_before = mesh.statistics();
+                const auto cache_before = cache.statistics();
+                const auto tell = [&](auto& subject) {
+                    if (moves_before)
+                        subject.set_light(3, elsewhere);
+                    subject.compact();
+                    CHECK(subject.add_light(added) == static_cast<std::size_t>(count));
+                    subject.compact();
+                };
+                tell(mesh);
+                tell(cache);
+                mesh.fill(world.points);
+                cache.fill(world.points);
+                const std::uint64_t rays = mesh.statistics().long_rays - mesh_before.long_rays;
+                const std::uint64_t lamp_rays = cache.statistics().lamp_rays - cache_before.lamp_rays;
+                CHECK(mesh.statistics().link_rays == mesh_before.link_rays);
+                if (moves_before)
+                    world.lights[3] = elsewhere;
+                world.lights.emplace_back(added);
+                const auto new_mesh = world.mesh(adaptive);
+                const auto new_cache = world.cache();
+                std::size_t differing = 0;
+                for (const lightmesh::SurfacePoint& point : world.points) {
+                    differing += ask(mesh, point) != ask(new_mesh, point) ? 1u : 0u;
+                    differing += ask(cache, point) != ask(new_cache, point) ? 1u : 0u;
+                }
+                CHECK(differing == 0);
+                world.lights = {added};
+                if (moves_before)
+                    world.lights.emplace_back(elsewhere);
+                const auto mesh_alone = world.mesh(adaptive);
+                const auto cache_alone = world.cache();
+                mesh_alone.fill(world.points);
+                cache_alone.fill(world.points);
+                CHECK(lamp_rays == cache_alone.statistics().lamp_rays);
+                // Groups of lights are found together, in the cells that any of them needs.
+                CHECK(rays > mesh_alone.statistics().long_rays * 4 / 5);
+                CHECK(rays < mesh_alone.statistics().long_rays * 5 / 4);
+            }
+}
+
 TEST_CASE("moving scenes: what a box has nothing to do with is kept") {
     const StillWorld world(20);
     auto mesh = world.mesh();
@@ -347,6 +422,7 @@ TEST_CASE("moving scenes: what a box has nothing to do with is kept") {
     CHECK(mesh.statistics().long_rays < mesh_before.long_rays * 3 / 2);
     CHECK(cache.statistics().lamp_rays < cache_before.lamp_rays * 3 / 2);
     CHECK(mesh.statistics().forgotten_visibilities > 0);
+    CHECK(mesh.statistics().forgotten_floods > 0);
     CHECK(cache.statistics().forgotten_values > 0);
 }
 
@@ -519,6 +595,8 @@ TEST_CASE("moving scenes: over its budget, a frame forgets what has gone unused 
     const auto [mesh_before, mesh_after] = watch(mesh, expected_mesh, mesh_budget, 1.5);
     CHECK(mesh_after.long_rays == mesh_before.long_rays);
     CHECK(mesh_before.long_rays > expected_mesh.statistics().long_rays);
+    CHECK(mesh_before.evicted_bricks > 0);
+    CHECK(expected_mesh.statistics().evicted_bricks == 0);
 
     const std::size_t cache_budget = expected_cache.statistics().bytes * 4 / 5;
     cache_settings.memory_budget = cache_budget;
@@ -528,6 +606,8 @@ TEST_CASE("moving scenes: over its budget, a frame forgets what has gone unused 
     fresh.fill(part(19));
     CHECK(cache_after.lamp_rays - cache_before.lamp_rays < fresh.statistics().lamp_rays / 4);
     CHECK(cache_before.lamp_rays > expected_cache.statistics().lamp_rays);
+    CHECK(cache_before.evicted_records > 0);
+    CHECK(expected_cache.statistics().evicted_records == 0);
 }
 
 TEST_CASE("moving scenes: a light may be added that is there already") {

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -203,6 +204,72 @@ TEST_SUITE("light mesh by shadow volumes") {
         const lightmesh::LightMesh unlit{test::PlainTracer{&nothing}, Triangles{},
                                          std::vector<lightmesh::Light>{}, settings};
         CHECK(unlit.light_count() == 0);
+    }
+
+    namespace {
+
+    /// A scene that moves, and how often it is read, by which threads.
+    struct ReadWorld {
+        std::vector<std::array<glm::vec3, 3>> corners;
+        lightmesh::Bounds box{glm::vec3(-1.0f), glm::vec3(1.0f)};
+        std::size_t triangles_read = 0;
+        std::size_t boxes_read = 0;
+    };
+    struct CountedTriangles {
+        ReadWorld* world;
+        std::size_t triangle_count() const { return world->corners.size(); }
+        std::array<glm::vec3, 3> triangle(std::size_t i) const {
+            ++world->triangles_read;
+            return world->corners[i];
+        }
+    };
+    struct CountedPictures {
+        ReadWorld* world;
+        void render_depth(const lightmesh::DepthView&, std::span<float> distance) const {
+            std::ranges::fill(distance, std::numeric_limits<float>::infinity());
+        }
+        lightmesh::Bounds bounds() const {
+            ++world->boxes_read;
+            return world->box;
+        }
+    };
+
+    }  // namespace
+
+    TEST_CASE("sources are kept and read anew: when a mesh is made, and when it is told of a change") {
+        const std::vector<test::Triangle> nothing;
+        const std::vector<lightmesh::Light> lights{lightmesh::PointLight{.position{0, 0, 9}},
+                                                   lightmesh::DirectionalLight{.direction{0, 0, -1}}};
+        ReadWorld world;
+        const std::array<glm::vec3, 3> roof{glm::vec3{-9, -9, 2}, glm::vec3{9, -9, 2}, glm::vec3{0, 9, 2}};
+        world.corners = {roof, roof};
+        lightmesh::LightMesh volumes{test::PlainTracer{&nothing}, CountedTriangles{&world}, lights,
+                                     lightmesh::Settings{.short_test = ShortTest::none}};
+        CHECK(world.triangles_read == 2);
+        const auto share = [&] {
+            return volumes.visibility({0, 0, 0}, {0, 0, 1}, std::size_t{0});
+        };
+        CHECK(share() == 0.0f);
+        volumes.set_light(1, lightmesh::PointLight{.position{1, 1, 9}});
+        CHECK(volumes.add_light(lights[1]) == 2);
+        volumes.compact();
+        volumes.begin_frame();
+        CHECK(share() == 0.0f);
+        CHECK(world.triangles_read == 2);
+        // Fewer, elsewhere.
+        world.corners = {{glm::vec3{20, 0, 2}, glm::vec3{21, 0, 2}, glm::vec3{20, 1, 2}}};
+        volumes.scene_changed(lightmesh::Bounds{{-9, -9, 2}, {21, 9, 2}});
+        CHECK(world.triangles_read == 3);
+        CHECK(share() == 1.0f);
+        CHECK(world.triangles_read == 3);
+
+        lightmesh::LightMesh maps{test::PlainTracer{&nothing}, CountedPictures{&world}, lights,
+                                  lightmesh::Settings{.short_test = ShortTest::none, .shadow_map_size = 4}};
+        CHECK(world.boxes_read == 2);
+        CHECK(maps.visibility({0, 0, 0}, {0, 0, 1}, std::size_t{1}) == 1.0f);
+        CHECK(world.boxes_read == 2);
+        maps.scene_changed(world.box);
+        CHECK(world.boxes_read == 4);
     }
 
     TEST_CASE("bad triangles and lights are named") {

@@ -13,7 +13,8 @@ using glm::vec3;
 constexpr std::array<std::array<vec3, 3>, 2> table_top{
     {{{{-2, -2, 2}, {2, -2, 2}, {2, 2, 2}}}, {{{-2, -2, 2}, {2, 2, 2}, {-2, 2, 2}}}}};
 
-// The adapter for triangles: each is asked for once, and copied.
+// The adapter for triangles, which the mesh keeps: each is asked for when the mesh is made, and after
+// changes.
 struct Triangles {
     std::size_t triangle_count() const { return table_top.size(); }
     std::array<vec3, 3> triangle(std::size_t i) const { return table_top[i]; }

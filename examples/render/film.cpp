@@ -23,6 +23,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -48,6 +49,7 @@ struct FilmOptions : CommonOptions {
     std::optional<double> to;
     std::vector<std::string> moving{"objects", "lights", "camera"};
     bool overwrite = false;
+    std::optional<float> memory;  ///< of a mesh or a cache, in MB
     std::string on = "cpu";
 };
 
@@ -59,6 +61,13 @@ struct Schedule {
 
     double time(int frame) const { return from + step * (frame - 1); }
 };
+
+/// Of so many MB; what is more than there can be is no limit.
+std::size_t bytes_of_memory(float megabytes) {
+    constexpr std::size_t most = (std::numeric_limits<std::size_t>::max)();
+    const double bytes = 1e6 * static_cast<double>(megabytes);
+    return bytes < static_cast<double>(most) ? static_cast<std::size_t>(bytes) : most;
+}
 
 /// Where the frames go, and the film if one is wanted.
 struct Output {
@@ -339,8 +348,12 @@ std::vector<int> shared(Ranks& ranks, const std::vector<int>& mine) {
 
 int make_film(const FilmOptions& options, Ranks& ranks) {
     static_cast<void>(interrupted());  // from now on Ctrl-C lets a frame be written
-    if (options.on == "gpu")
+    if (options.on == "gpu") {
         require_one_rank(ranks, "film --on gpu");
+        // What shaders use, the host does not see.
+        if (options.memory)
+            throw std::invalid_argument("--on gpu does not know --memory");
+    }
     const bool is_first = ranks.is_first();
     const Output output = is_first ? output_of(options) : Output{};
     Film film = open_film(options, moving_of(options));
@@ -348,7 +361,9 @@ int make_film(const FilmOptions& options, Ranks& ranks) {
         for (const std::string& remark : film.scene().remarks)
             std::cout << "note: " << remark << '\n';
     const Schedule schedule = schedule_of(options, film.length());
-    const VisibilityOptions visibility = visibility_options(options, film.scene());
+    VisibilityOptions visibility = visibility_options(options, film.scene());
+    if (options.memory)
+        visibility.settings.memory_budget = visibility.cache.memory_budget = bytes_of_memory(*options.memory);
     std::unique_ptr<GpuFrames> gpu;
     if (options.on == "gpu")
         gpu = std::make_unique<GpuFrames>(options.algorithm, visibility, options.render);
@@ -435,6 +450,11 @@ void add_film_command(CLI::App& program, Ranks& ranks, int& status) {
     command->add_option("--format", options->format, "of the frames: png, or exr with linear values")
         ->check(CLI::IsMember({"png", "exr"}))
         ->capture_default_str();
+    command
+        ->add_option("--memory", options->memory,
+                     "MB that the cache, or the mesh, of each rank may take: what has gone unused the "
+                     "longest is forgotten between frames; default: no limit")
+        ->check(finite_positive);
     add_on_option(*command, options->on);
     command->add_flag("--overwrite", options->overwrite,
                       "render all frames, where otherwise those of the same film that are there stay");

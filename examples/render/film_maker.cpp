@@ -39,7 +39,7 @@ FilmMaker::FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& o
 
 FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
     const Stopwatch stopwatch;
-    go_to(time);
+    begin_frame(time);
     RenderStatistics spent;
     const auto show = [&](double done) {
         watch.look();
@@ -61,7 +61,7 @@ FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& 
 
 FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& progress) {
     const Stopwatch stopwatch;
-    go_to(time);
+    begin_frame(time);
     RenderStatistics spent;
     std::uint64_t before = kept_rays(*shadows_);
     std::uint64_t rays = 0;
@@ -119,6 +119,7 @@ std::string FilmMaker::report(bool is_whole) {
         table.add_row({ranks_.size() == 1 ? "frames rendered" : "frames rendered by rank 0",
                        grouped(static_cast<std::uint64_t>(made_))});
     }
+    add_memory_rows(table);
     if (made_ > 0) {
         table.add_rule();
         table.add_row({"seconds: BVH", fixed(embree_.seconds_building(), 3)});
@@ -151,6 +152,25 @@ std::string FilmMaker::report(bool is_whole) {
     return table.text();
 }
 
+/// What the mesh and the cache of this rank hold, and what they have forgotten for want of memory.
+void FilmMaker::add_memory_rows(TextTable& table) const {
+    if (!shadows_)
+        return;
+    const std::string of_rank = ranks_.size() > 1 ? " of rank 0" : "";
+    const auto mesh = shadows_->mesh();
+    const auto cache = shadows_->cache();
+    if (mesh)
+        table.add_row({"memory of the mesh" + of_rank, bytes_text(mesh->bytes)});
+    if (cache)
+        table.add_row({"memory of the cache" + of_rank, bytes_text(cache->bytes)});
+    if (visibility_.cache.memory_budget == lightmesh::CacheSettings{}.memory_budget)
+        return;
+    if (mesh)
+        table.add_row({"bricks forgotten for memory" + of_rank, grouped(mesh->evicted_bricks)});
+    if (cache)
+        table.add_row({"records forgotten for memory" + of_rank, grouped(cache->evicted_records)});
+}
+
 /// By this rank, in all frames.
 std::uint64_t FilmMaker::rays_for_shadows() const {
     const std::uint64_t kept = gpu_ ? gpu_->kept_rays() : shadows_ ? kept_rays(*shadows_) : 0;
@@ -179,6 +199,15 @@ void FilmMaker::go_to(double time) {
         shadows_->update(embree_, change);
     else
         shadows_ = make_visibility(algorithm_, embree_, visibility_);
+    seconds_between_ += stopwatch.seconds();
+}
+
+/// Goes to the time of a frame that is about to be rendered.
+void FilmMaker::begin_frame(double time) {
+    go_to(time);
+    const Stopwatch stopwatch;
+    if (shadows_)
+        shadows_->begin_frame();
     seconds_between_ += stopwatch.seconds();
 }
 

@@ -8,6 +8,7 @@
 #include "render/ranks.hpp"
 #include "render/renderer.hpp"
 #include "render/share_out.hpp"
+#include "render/text_table.hpp"
 #include "render/visibility.hpp"
 #include "scene/film.hpp"
 
@@ -50,8 +51,10 @@ public:
 private:
     std::uint64_t rays_of_all_since(std::uint64_t before);
     std::uint64_t rays_for_shadows() const;
+    void add_memory_rows(TextTable& table) const;
     bool rank_0_says(bool is_so);
     void go_to(double time);
+    void begin_frame(double time);
     void count_frame(double seconds);
 
     Ranks& ranks_;

@@ -83,8 +83,8 @@ public:
     /// maps (LMM+ATK): nothing is rendered before a query needs it. Throws std::invalid_argument also for a
     /// map size out of range, and for a directional light if nobody knows the scene's bounds. Or `source` is
     /// `Occluders`, for shadow volumes (LMM+ATO): S as with rays but within rounding of a shadow's edge;
-    /// settings and bounds of shadow maps play no part. Throws what `OccluderTriangles` throws, which names a
-    /// triangle that is not finite.
+    /// settings and bounds of shadow maps play no part; it is kept, and read anew by `scene_changed`. Throws
+    /// what `OccluderTriangles` throws, which names a triangle that is not finite.
     LightMesh(Tracer tracer, Source source, std::span<const Light> lights,
               const Settings& settings) requires(!std::same_as<Source, Rays>)
         : levels_(std::make_unique<Levels>(std::move(tracer), lights, settings, std::move(source), lights,
@@ -235,8 +235,9 @@ public:
     }
 
     /// All that the mesh knows, as one block of bytes that can be saved, sent, merged into another mesh, and
-    /// read in place by a `SnapshotView`. Meshes that know the same have the same bytes. May be taken while
-    /// other threads query. Throws std::bad_alloc.
+    /// read in place by a `SnapshotView`. Meshes that know the same have the same bytes. Lights stand there
+    /// in groups of eight: where one of a group was forgotten by an update and is not found again yet, the
+    /// bytes lack the others with it. May be taken while other threads query. Throws std::bad_alloc.
     std::vector<std::byte> snapshot() const { return detail::write_snapshot(*levels_, long_test()); }
 
     /// Adds what a snapshot knows and this mesh lacks, level by level: of a mesh with the same radius,
@@ -264,7 +265,8 @@ public:
         free_.take(i);
     }
     /// Adds a light and returns its number: the lowest that a removed light has left, else one more than the
-    /// last, for which all that is known is copied as by `compact`. An exclusive call. Throws as above.
+    /// last, for which all that is known is copied as by `compact`: of the other lights nothing is found
+    /// again. An exclusive call. Throws as above.
     std::size_t add_light(const Light& light) {
         if (!free_.is_empty()) {
             const std::size_t i = free_.lowest();
@@ -317,8 +319,7 @@ public:
     }
 
     /// Copies what the mesh knows to memory without gaps, and gives back what updates have left behind: both
-    /// are there for a moment. Lights are kept in groups of eight: where one of a group was forgotten and not
-    /// found again yet, the others go with it. So it is with snapshots. An exclusive call. Throws
+    /// are there for a moment. Nothing that is known is found again. An exclusive call. Throws
     /// std::bad_alloc; nothing has changed then.
     void compact() { levels_ = std::make_unique<Levels>(*levels_, lights()); }
 

@@ -21,6 +21,8 @@ struct MeshStatistics {
     std::uint64_t listed_link_rays = 0;        ///< the same of the caller's own tracer
     std::uint64_t forgotten_visibilities = 0;  ///< V(L, x) that updates have forgotten
     std::uint64_t forgotten_links = 0;         ///< between neighbouring light points, the same
+    std::uint64_t forgotten_floods = 0;        ///< what light points see over links, the same
+    std::uint64_t evicted_bricks = 0;          ///< that `begin_frame` has forgotten for `memory_budget`
     std::size_t bytes = 0;                     ///< all memory of the mesh but its adapters
     /// The same for each level: the one of radius 2^k r at [k]; 0 where there is none.
     std::array<std::size_t, most_mesh_levels> light_points_of_level{};
@@ -37,6 +39,8 @@ struct MeshStatistics {
         listed_link_rays += held.listed_link_rays;
         forgotten_visibilities += held.forgotten_visibilities;
         forgotten_links += held.forgotten_links;
+        forgotten_floods += held.forgotten_floods;
+        evicted_bricks += held.evicted_bricks;
         bytes += held.bytes;
         light_points_of_level[level] += held.light_points;
         bytes_of_level[level] += held.bytes;
@@ -73,6 +77,7 @@ struct CacheStatistics {
     std::uint64_t link_rays = 0;          ///< rays between neighbouring lattice points
     std::uint64_t forgotten_records = 0;  ///< that had to do with changes of the scene, over all updates
     std::uint64_t forgotten_values = 0;   ///< shares of lamps that updates have forgotten
+    std::uint64_t evicted_records = 0;    ///< that `begin_frame` has forgotten for `memory_budget`
     std::size_t bytes = 0;                ///< all memory of the cache but its adapters
 };
 

@@ -23,8 +23,10 @@
 /// * `DepthRenderer`: render_depth(view, distance). In place of long rays: shadow maps; by one thread at a
 /// time.
 /// * `BatchDepthRenderer`: render_depth(views, distances). May be added; so too.
-/// * `BoundedDepthRenderer`: bounds(). May be added, maps of directional lights need bounds; once a light.
-/// * `Occluders`: triangle_count(), triangle(i). In place of long rays: shadow volumes; once, on one thread.
+/// * `BoundedDepthRenderer`: bounds(). May be added, maps of directional lights need bounds; for each map
+/// that is made, and at `scene_changed`.
+/// * `Occluders`: triangle_count(), triangle(i). In place of long rays: shadow volumes; when a mesh is made,
+/// and at `scene_changed`; on the thread that calls these.
 /// * `LongTestTracer` (fill/long_test_list.hpp) and `SegmentTracer` (fill/segment_tracer.hpp): callables, no
 /// adapters. Where the program fills meshes and caches by rays that are traced very many at once, say on a
 /// GPU.
@@ -35,8 +37,10 @@
 ///
 /// What holds for all of them:
 /// * Adapters are copied into the mesh or the cache, or moved if they are handed over so, and live as long as
-///   it does: make them handles to the scene, not the scene. `Occluders` are only read and may go.
-/// * The scene outlives the mesh and does not change under it.
+///   it does: make them handles to the scene, not the scene. That holds for `Occluders`, too.
+/// * What they lead to outlives the mesh. While a query, a fill or an update runs it does not change. Between
+///   them it may, if the mesh or the cache is told before anything else is asked: `scene_changed`, on the
+///   thread of the one who calls it, reads triangles and bounds anew, and asks for no rays and no pictures.
 /// * All lengths are in world units, in the program's own coordinates.
 /// * The library makes no threads of its own. What it calls runs on the thread that queries or fills.
 /// * What an adapter throws leaves the query, and nothing half-made is kept: the next query asks again.
@@ -148,8 +152,9 @@ concept BatchDepthRenderer = DepthRenderer<T> &&
 ///
 ///     Bounds bounds() const;
 ///
-/// Maps of directional lights need it, unless the box is given by settings. Asked for once, when the map is
-/// made.
+/// Maps of directional lights need it, unless the box is given by settings. Asked for when
+/// a map is made (with the mesh, by `set_light` and `add_light`) and for each map at `scene_changed`, on the
+/// thread of that call.
 template <class T>
 concept BoundedDepthRenderer = DepthRenderer<T> && requires(const T& renderer) {
     { renderer.bounds() } -> std::convertible_to<Bounds>;
@@ -160,9 +165,11 @@ concept BoundedDepthRenderer = DepthRenderer<T> && requires(const T& renderer) {
 ///     std::size_t triangle_count() const;
 ///     std::array<glm::vec3, 3> triangle(std::size_t i) const;
 ///
-/// `triangle` is called with i < triangle_count(), and returns the corners in any order. Each triangle is
-/// asked for once, on one thread, and copied: the source need not outlive the call that takes it. A triangle
-/// of no area throws no shadow; one that is not finite is an exception that names it.
+/// `triangle` is called with i < triangle_count(), and returns the corners in any order. A mesh keeps the
+/// source, and copies its triangles: each is asked for once when the mesh is made, and once more at each
+/// `scene_changed`, where there may be more or fewer; on the thread of that call. So what the source leads to
+/// must outlive the mesh. `OccluderTriangles`, which may be used alone, reads them once and keeps no source.
+/// A triangle of no area throws no shadow; one that is not finite is an exception that names it.
 template <class T>
 concept Occluders = requires(const T& source, std::size_t i) {
     { source.triangle_count() } -> std::convertible_to<std::size_t>;

@@ -340,9 +340,12 @@ public:
     void compact(int most_frames_unused = 0xffff) {
         auto copy = std::make_unique<RecordTable>();
         std::size_t octets = 0;
+        std::size_t evicted = 0;
         table_->for_each_record([&](const RecordEntry& entry) {
-            if (frames_unused(*entry.brick) > most_frames_unused)
+            if (frames_unused(*entry.brick) > most_frames_unused) {
+                ++evicted;
                 return;
+            }
             Record without_rows = *entry.record;
             without_rows.rows.store(0, std::memory_order_relaxed);
             const RecordEntry own = copy->add(entry.key, without_rows);
@@ -361,6 +364,7 @@ public:
                 copy->add_alias(key, entry.key);
         });
         table_ = std::move(copy);
+        evicted_records_ += evicted;
         octets_.store(octets, std::memory_order_relaxed);
     }
 
@@ -393,6 +397,7 @@ public:
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
         sum.forgotten_records = forgotten_records_;
         sum.forgotten_values = forgotten_values_;
+        sum.evicted_records = evicted_records_;
         sum.bytes = table_->bytes() + lamps_.bytes() + user_lights_.capacity() * sizeof(Light) + sizeof *this;
         return sum;
     }
@@ -610,6 +615,7 @@ private:
     std::uint16_t frame_ = 0;
     std::uint64_t forgotten_records_ = 0;
     std::uint64_t forgotten_values_ = 0;
+    std::uint64_t evicted_records_ = 0;
 };
 
 }  // namespace lightmesh::detail

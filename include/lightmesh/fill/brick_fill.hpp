@@ -39,7 +39,8 @@ public:
         samples_ = {};
         fresh_ = 0;
         newly_sampled_ = 0;
-        forgotten_ = data.find_forgotten(*missing.brick, missing.tile);
+        kept_ = data.find_kept(*missing.brick, missing.tile);
+        kept_anywhere_ = kept_.anywhere();
         lit_.fill(0);
         const glm::ivec3 coord = missing.brick->position();
         for (int bit = 0; bit < 64; ++bit)
@@ -50,7 +51,7 @@ public:
         std::uint64_t still_sampled = 0;
         if (const BrickTile* tile = data.view().find_tile(*missing.brick, missing.tile)) {
             samples_.sampled = load_acquire(tile->sampled);
-            still_sampled = lights_of_groups(forgotten_.sampled) & ~forgotten_.lights;
+            still_sampled = kept_.sampled;
             samples_.uniform =
                 load_relaxed(tile->uniform) & (lights_of_groups(samples_.sampled) | still_sampled);
             samples_.lit = load_relaxed(tile->lit) & samples_.uniform;
@@ -88,8 +89,9 @@ public:
     std::uint64_t others_of(std::size_t l) const {
         if (((samples_.uniform | ~lights_there_) >> l & 1) != 0)
             return 0;
-        const std::uint64_t cells =
-            missing_.units >> (l / lights_per_group) & every_byte & ~forgotten_.cells_with(l);
+        std::uint64_t cells = missing_.units >> (l / lights_per_group) & every_byte;
+        if ((kept_anywhere_ >> l & 1) != 0)
+            cells &= ~kept_.cells_with(l);
         const std::uint64_t sampled = (newly_sampled_ >> l & 1) != 0 ? brick_samples : 0;
         return cells * 0xff & in_range(l) & ~sampled;
     }
@@ -127,7 +129,8 @@ private:
     float radius_ = 0.0f;
     UniformLights samples_;
     std::uint32_t fresh_ = 0;          ///< groups whose samples are new
-    ForgottenLights forgotten_;        ///< what is known beside `missing_`
+    KeptLights kept_;                  ///< what is known beside `missing_`
+    std::uint64_t kept_anywhere_ = 0;  ///< lights that it has in some cell
     std::uint64_t newly_sampled_ = 0;  ///< lights of `fresh_`, but those whose samples are known still
     BrickWords lit_;
     std::array<glm::vec3, 64> positions_;

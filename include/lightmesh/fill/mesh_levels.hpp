@@ -63,10 +63,14 @@ public:
     /// std::bad_alloc.
     MeshLevels(const MeshLevels& other, std::span<const Light> lights, int most_frames_unused = 0xffff)
         : MeshLevels({lights, other.finest_.data().settings()}, other.adapters_) {
+        evicted_bricks_ = other.evicted_bricks_;
         other.for_each([&](int k, const Level& from) {
-            level(k).copy(from, [&](const Brick& brick) {
+            const auto is_kept = [&](const Brick& brick) {
                 return from.data().frames_unused(brick) <= most_frames_unused;
-            });
+            };
+            level(k).copy(from, is_kept);
+            from.data().for_each_brick(
+                [&](const Brick& brick) { evicted_bricks_ += is_kept(brick) ? 0u : 1u; });
         });
         forgotten_ = other.forgotten_;
     }
@@ -116,6 +120,8 @@ public:
         });
         sum.forgotten_visibilities = forgotten_.visibilities;
         sum.forgotten_links = forgotten_.links;
+        sum.forgotten_floods = forgotten_.floods;
+        sum.evicted_bricks = evicted_bricks_;
         sum.bytes += finest_.data().light_bytes() + adapters_->long_tests.bytes() + sizeof *this +
                      sizeof *adapters_ - sizeof finest_;
         return sum;
@@ -239,6 +245,7 @@ private:
     Level finest_;
     LevelRule rule_;
     ForgottenCounts forgotten_;
+    std::uint64_t evicted_bricks_ = 0;
     mutable std::mutex making_;
     mutable std::array<MadeOnce<const Level>, most_mesh_levels - 1> coarser_;
 };

@@ -59,8 +59,9 @@ struct KnownByBoth {
 template <class From>
 class LevelMerge {
 public:
-    LevelMerge(MeshData& data, const From& from, const MergeRules& rules)
-        : data_(data), from_(from), view_(from.view()), rules_(rules) {}
+    /// `keeps_lights`: also takes what is known of some lights of a group only.
+    LevelMerge(MeshData& data, const From& from, const MergeRules& rules, bool keeps_lights = true)
+        : data_(data), from_(from), view_(from.view()), rules_(rules), keeps_lights_(keeps_lights) {}
 
     void compare(KnownByBoth& known) const {
         const MeshView mine = data_.view();
@@ -98,11 +99,15 @@ private:
         return rules_.changed.empty() || !rules_.lights[light].concerns(box_of(brick, 0.0f));
     }
 
-    /// What the snapshot knows of a tile of this mesh: units, the lights' bits, and what samples told.
-    std::uint64_t read_tile(const Brick& brick, std::size_t t, BrickWords& lit,
-                            UniformLights& samples) const {
+    /// What the snapshot knows of a tile of this mesh: units, the lights' bits, what samples told, and what
+    /// is known of some lights of groups only.
+    std::uint64_t read_tile(const Brick& brick, std::size_t t, BrickWords& lit, UniformLights& samples,
+                            KeptLights& kept) const {
         lit.fill(0);
         samples = {};
+        kept = {};
+        KeptLights theirs;
+        std::size_t tile_of_theirs = ~std::size_t{0};
         const LightTable& lights = data_.lights();
         std::uint64_t known = ~std::uint64_t{0};
         std::uint64_t sampled = 0;  // lights
@@ -114,9 +119,15 @@ private:
                 const std::size_t slot = view_.lights->order().slot_of(light);
                 const std::size_t their_l = slot % lights_per_tile;
                 if (const BrickTile* tile = view_.find_tile(brick, slot / lights_per_tile)) {
-                    cells = load_acquire(tile->known) >> (their_l / lights_per_group) & every_byte;
-                    sampled |=
-                        (std::uint64_t{load_acquire(tile->sampled)} >> (their_l / lights_per_group) & 1) << l;
+                    // Before what is known of groups, into which other threads may put it.
+                    if (tile_of_theirs != slot / lights_per_tile)
+                        theirs = from_.find_kept(brick, tile_of_theirs = slot / lights_per_tile);
+                    cells = (load_acquire(tile->known) >> (their_l / lights_per_group) & every_byte) |
+                            theirs.cells_with(their_l);
+                    sampled |= ((std::uint64_t{load_acquire(tile->sampled)} >> (their_l / lights_per_group) |
+                                 theirs.sampled >> their_l) &
+                                1)
+                               << l;
                     samples.uniform |= (load_acquire(tile->uniform) >> their_l & 1) << l;
                     samples.lit |= (load_relaxed(tile->lit) >> their_l & 1) << l;
                     for (std::uint64_t rest = cells; rest != 0; rest &= rest - 1) {
@@ -128,9 +139,12 @@ private:
             }
             const std::size_t group = l / lights_per_group;
             known &= cells << group | ~(every_byte << group);
+            for (; cells != 0; cells &= cells - 1)
+                kept.cells[static_cast<std::size_t>(std::countr_zero(cells) / 8)] |= std::uint64_t{1} << l;
         }
         for (std::size_t group = (size + 7) / 8; group < 8; ++group)
             known &= ~(every_byte << group);
+        kept.sampled = sampled;
         // In the groups that have lights slots without one are dark.
         if (size < lights_per_tile) {
             samples.uniform |= ~std::uint64_t{0} << size;
@@ -138,6 +152,9 @@ private:
         }
         for (std::uint32_t group = 0; 8 * group < size; ++group)
             samples.sampled |= (~sampled >> (8 * group) & 0xff) == 0 ? 1u << group : 0u;
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+            kept.cells[cell] &= ~lights_of_groups(static_cast<std::uint32_t>(known >> (8 * cell)) & 0xff);
+        kept.sampled &= ~lights_of_groups(samples.sampled);
         return known;
     }
 
@@ -145,9 +162,11 @@ private:
     void for_each_tile(const Brick& brick, Visitor&& visit) const {
         BrickWords lit;
         UniformLights samples;
+        KeptLights kept;
         for (std::size_t t = 0; t < data_.lights().tile_count(); ++t)
-            if (const std::uint64_t known = read_tile(brick, t, lit, samples); (known | samples.sampled) != 0)
-                visit(t, known, lit, samples);
+            if (const std::uint64_t known = read_tile(brick, t, lit, samples, kept);
+                (known | samples.sampled) != 0 || !kept.is_nothing())
+                visit(t, known, lit, samples, kept);
     }
 
     void compare(const MeshView& mine, const Brick& own, const Brick& theirs, KnownByBoth& sum) const {
@@ -161,22 +180,22 @@ private:
             }
             return;
         }
-        for_each_tile(
-            theirs, [&](std::size_t t, std::uint64_t known, const BrickWords& lit, const UniformLights&) {
-                const BrickTile* tile = mine.find_tile(own, t);
-                if (tile == nullptr)
-                    return;
-                for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(t)); ++l) {
-                    std::uint64_t both = (known & tile->known) >> (l / lights_per_group) & every_byte;
-                    for (; both != 0; both &= both - 1) {
-                        const int first = std::countr_zero(both);
-                        const auto bits = static_cast<std::uint8_t>(lit[l] >> first);
-                        sum.compared += 8;
-                        sum.differing += static_cast<std::uint64_t>(std::popcount(
-                            static_cast<std::uint32_t>(bits ^ mine.lit_in_cell(*tile, first / 8, l))));
-                    }
+        for_each_tile(theirs, [&](std::size_t t, std::uint64_t known, const BrickWords& lit,
+                                  const UniformLights&, const KeptLights&) {
+            const BrickTile* tile = mine.find_tile(own, t);
+            if (tile == nullptr)
+                return;
+            for (std::size_t l = 0; l < static_cast<std::size_t>(data_.lights().tile_size(t)); ++l) {
+                std::uint64_t both = (known & tile->known) >> (l / lights_per_group) & every_byte;
+                for (; both != 0; both &= both - 1) {
+                    const int first = std::countr_zero(both);
+                    const auto bits = static_cast<std::uint8_t>(lit[l] >> first);
+                    sum.compared += 8;
+                    sum.differing += static_cast<std::uint64_t>(std::popcount(
+                        static_cast<std::uint32_t>(bits ^ mine.lit_in_cell(*tile, first / 8, l))));
                 }
-            });
+            }
+        });
     }
 
     /// Of two tiles with the same lights in the same slots.
@@ -225,8 +244,12 @@ private:
                 return;
         }
         for_each_tile(brick, [&](std::size_t t, std::uint64_t known, const BrickWords& lit,
-                                 const UniformLights& samples) {
-            data_.publish(data_.find_or_make_brick(brick.position()), t, known, lit, samples);
+                                 const UniformLights& samples, const KeptLights& kept) {
+            const Brick& own = data_.find_or_make_brick(brick.position());
+            if ((known | samples.sampled) != 0)
+                data_.publish(own, t, known, lit, samples);
+            if (keeps_lights_ && !kept.is_nothing())
+                data_.keep_lights(own, t, kept, lit, samples);
         });
     }
 
@@ -259,6 +282,7 @@ private:
     const From& from_;
     MeshView view_;
     const MergeRules& rules_;
+    bool keeps_lights_;
 };
 
 /// Those bricks of a mesh for which keep(brick) holds.
@@ -268,6 +292,7 @@ public:
     KeptBricks(const MeshData& data, Keep keep) : data_(data), keep_(std::move(keep)) {}
 
     MeshView view() const { return data_.view(); }
+    KeptLights find_kept(const Brick& brick, std::size_t t) const { return data_.find_kept(brick, t); }
     template <class Visitor>
     void for_each_brick(Visitor&& visit) const {
         data_.for_each_brick([&](const Brick& brick) {
@@ -282,9 +307,10 @@ private:
 };
 
 /// Adds what a mesh knows to another one that knows nothing yet, of the lights that both have and the bricks
-/// for which keep(brick) holds: with nothing left of what was forgotten or superseded. Throws std::bad_alloc.
+/// for which keep(brick) holds: with nothing left of what was forgotten or superseded. `keeps_lights`: as
+/// `LevelMerge`. Throws std::bad_alloc.
 template <class Keep>
-void copy_level(const MeshData& from, MeshData& to, const Keep& keep) {
+void copy_level(const MeshData& from, MeshData& to, const Keep& keep, bool keeps_lights = true) {
     const MergeRules rules{.changed = {}, .same_lights = same_lights(to.user_lights(), from.user_lights())};
     const KeptBricks kept(from, keep);
     // Also those of which nothing is known: queries have asked for them, and found that they need no more.
@@ -292,7 +318,7 @@ void copy_level(const MeshData& from, MeshData& to, const Keep& keep) {
         store_relaxed(to.find_or_make_brick(brick.position()).used, load_relaxed(brick.used));
     });
     to.set_frame(from.frame());
-    LevelMerge(to, kept, rules).add();
+    LevelMerge(to, kept, rules, keeps_lights).add();
 }
 
 /// Adds what a snapshot knows and a mesh lacks, level by level. Throws std::invalid_argument, before anything

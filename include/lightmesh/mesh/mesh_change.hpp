@@ -21,10 +21,12 @@ namespace lightmesh::detail {
 struct ForgottenCounts {
     std::uint64_t visibilities = 0;
     std::uint64_t links = 0;
+    std::uint64_t floods = 0;
 
     ForgottenCounts& operator+=(const ForgottenCounts& other) {
         visibilities += other.visibilities;
         links += other.links;
+        floods += other.floods;
         return *this;
     }
 };
@@ -72,7 +74,7 @@ public:
             data.for_each_brick(region, [&](const Brick& brick) {
                 const Bounds box = bounds_of(data.grid(), brick.position(), brick.position());
                 if (is_near && meets_any(widened(box, reach_of_floods), boxes_)) {
-                    data.forget_floods(brick);
+                    sum.floods += data.forget_floods(brick);
                     if (meets_any(widened(box, reach_of_links), boxes_))
                         sum.links += data.forget_links(brick);
                 }

@@ -32,15 +32,27 @@ namespace lightmesh::detail {
 /// light in slot l of the tile from light point p.
 using BrickWords = std::array<std::uint64_t, lights_per_tile>;
 
-/// What a tile of a brick knew before some of its lights changed: the others are still what they were.
-struct ForgottenLights {
-    std::uint64_t units = 0;    ///< as `BrickTile::known`, known but for `lights`
-    std::uint64_t lights = 0;   ///< those that have changed
-    std::uint32_t sampled = 0;  ///< as `BrickTile::sampled`, but for `lights`
+/// What a tile of a brick knows light by light, beside what it knows of whole groups: where some lights of a
+/// group were forgotten, or came from elsewhere without the others.
+struct KeptLights {
+    std::array<std::uint64_t, cells_per_brick> cells{};  ///< lights known in a cell beside `BrickTile::known`
+    std::uint64_t sampled = 0;  ///< lights of which samples have told, beside the groups in `sampled`
+    std::uint64_t stale = 0;    ///< lights of which cells may hold what is not true any more
 
-    /// The cells, one bit each at their first light points, in which a light is known still.
+    std::uint64_t anywhere() const {
+        std::uint64_t lights = 0;
+        for (const std::uint64_t in_cell : cells)
+            lights |= in_cell;
+        return lights;
+    }
+    bool is_nothing() const { return (anywhere() | sampled) == 0; }
+
+    /// The cells, one bit each at their first light points, in which light l is kept.
     std::uint64_t cells_with(std::size_t l) const {
-        return (lights >> l & 1) != 0 ? 0 : units >> (l / lights_per_group) & every_byte;
+        std::uint64_t first_points = 0;
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+            first_points |= (cells[cell] >> l & 1) << (8 * cell);
+        return first_points;
     }
 };
 
@@ -116,34 +128,28 @@ public:
         const SpinLock lock(const_cast<Brick&>(brick).lock);
         BrickTile& tile = find_or_make_tile(brick, t);
         fresh &= ~tile.known;
-        ForgottenLights* const forgotten = forgotten_of(brick, t);
-        const ForgottenLights before = forgotten != nullptr ? *forgotten : ForgottenLights{};
+        KeptLights* const kept = kept_of(brick, t);
+        const KeptLights before = kept != nullptr ? *kept : KeptLights{};
         const std::uint32_t sampled = samples.sampled & ~tile.sampled;
         const std::uint64_t of_sampled = lights_of_groups(sampled);
-        const std::uint64_t uniform = tile.uniform | (samples.uniform & of_sampled);
-        const std::uint64_t uniformly_lit = tile.lit | (samples.lit & samples.uniform & of_sampled);
-        // What cells hold of lights that were forgotten is in the way where those have become uniform.
-        const bool is_outdated = uniformly_lit != tile.lit || (before.lights & uniform & ~tile.uniform) != 0;
-        std::array<std::uint32_t, cells_per_brick> cells = tile.cells;
-        for (int cell = 0; cell < cells_per_brick; ++cell) {
-            std::uint32_t& index = cells[static_cast<std::size_t>(cell)];
-            const auto groups = static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff;
-            const auto kept = static_cast<std::uint32_t>(before.units >> (8 * cell)) & groups;
-            const std::uint64_t stored =
-                lights_of_groups(groups) & ~uniform & (~lights_of_groups(kept) | before.lights);
-            if (stored != 0 || (index != 0 && is_outdated))
-                index = keep(merged_row(tile, cell, stored, lit), uniform, uniformly_lit).value;
-        }
-        if (forgotten != nullptr)
+        CellsToStore store{.uniform = tile.uniform | (samples.uniform & of_sampled),
+                           .lit = tile.lit | (samples.lit & samples.uniform & of_sampled)};
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+            store.lights[cell] = lights_of_groups(static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff) &
+                                 ~before.cells[cell];
+        const std::array<std::uint32_t, cells_per_brick> cells = stored_cells(tile, store, before, lit);
+        if (kept != nullptr)
             note_superseded(tile.cells, cells);
         // From here on nothing throws.
-        if (forgotten != nullptr) {
-            forgotten->units &= ~fresh;
-            forgotten->sampled &= ~sampled;
-            forgotten->lights &= lights_of_groups(groups_with_units(forgotten->units) | forgotten->sampled);
+        if (kept != nullptr) {
+            for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+                kept->cells[cell] &=
+                    ~lights_of_groups(static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff);
+            kept->sampled &= ~of_sampled;
+            kept->stale &= ~store.uniform;
         }
-        or_relaxed(tile.lit, uniformly_lit);
-        or_release(tile.uniform, uniform);
+        or_relaxed(tile.lit, store.lit);
+        or_release(tile.uniform, store.uniform);
         or_release(tile.sampled, sampled);
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
             if (cells[cell] != tile.cells[cell])
@@ -151,17 +157,45 @@ public:
         or_release(tile.known, fresh);
     }
 
-    /// What is still known of a tile where some lights were forgotten. Beside it other threads may publish.
-    ForgottenLights find_forgotten(const Brick& brick, std::size_t t) const {
-        if (forgotten_.empty())
+    /// Stores what is known of some lights of groups of which others are not known: `known.cells`, and of
+    /// `known.sampled` what samples have told. For one thread, while nobody else uses the data. Throws
+    /// std::bad_alloc.
+    void keep_lights(const Brick& brick, std::size_t t, const KeptLights& known, const BrickWords& lit,
+                     const UniformLights& samples) {
+        BrickTile& tile = find_or_make_tile(brick, t);
+        if (kept_.size() < tiles_.size())
+            kept_.resize(tiles_.size());
+        KeptLights& kept = *kept_of(brick, t);
+        const std::uint64_t sampled = known.sampled & ~kept.sampled & ~lights_of_groups(tile.sampled);
+        CellsToStore store{.uniform = tile.uniform | (samples.uniform & sampled),
+                           .lit = tile.lit | (samples.lit & samples.uniform & sampled)};
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+            store.lights[cell] =
+                known.cells[cell] & ~kept.cells[cell] &
+                ~lights_of_groups(static_cast<std::uint32_t>(tile.known >> (8 * cell)) & 0xff);
+        const std::array<std::uint32_t, cells_per_brick> cells = stored_cells(tile, store, kept, lit);
+        note_superseded(tile.cells, cells);
+        // From here on nothing throws.
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
+            kept.cells[cell] |= store.lights[cell];
+        kept.sampled |= sampled;
+        kept.stale &= ~store.uniform;
+        tile.uniform = store.uniform;
+        tile.lit = store.lit;
+        tile.cells = cells;
+    }
+
+    /// What is known of a tile light by light. Beside it other threads may publish.
+    KeptLights find_kept(const Brick& brick, std::size_t t) const {
+        if (kept_.empty())
             return {};
         const SpinLock lock(const_cast<Brick&>(brick).lock);
-        const ForgottenLights* const forgotten = forgotten_of(brick, t);
-        return forgotten != nullptr ? *forgotten : ForgottenLights{};
+        const KeptLights* const kept = kept_of(brick, t);
+        return kept != nullptr ? *kept : KeptLights{};
     }
 
     /// Gets ready for `forget` and `set_lights`, which do not throw then. Throws std::bad_alloc.
-    void prepare_update() { forgotten_.resize(tiles_.size()); }
+    void prepare_update() { kept_.resize(tiles_.size()); }
 
     /// Takes other lights in the slots of those that are there.
     void set_lights(const LightTable& lights, const std::shared_ptr<const std::vector<Light>>& user_lights) {
@@ -171,22 +205,23 @@ public:
 
     /// Forgets what a tile of a brick knows of some of its lights. Returns the number of visibilities.
     std::size_t forget(const Brick& brick, std::size_t t, std::uint64_t lights) {
-        ForgottenLights* const forgotten = forgotten_of(brick, t);
-        if (forgotten == nullptr)
+        KeptLights* const kept = kept_of(brick, t);
+        if (kept == nullptr)
             return 0;
         BrickTile& tile = tiles_[view().tile_index(brick, t) - 1];
         const auto groups = cell_bits(lights);
         const std::uint64_t units = tile.known & (every_byte * groups);
+        const std::uint64_t are_there =
+            ~std::uint64_t{0} >> (lights_per_tile - static_cast<std::size_t>(lights_.tile_size(t)));
         std::size_t count = 0;
-        for (std::uint64_t rest = lights; rest != 0; rest &= rest - 1) {
-            const auto l = static_cast<std::size_t>(std::countr_zero(rest));
-            count += 8 * static_cast<std::size_t>(std::popcount(
-                             ((units >> (l / lights_per_group)) & every_byte) | forgotten->cells_with(l)));
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
+            std::uint64_t& in_cell = kept->cells[cell];
+            in_cell |= lights_of_groups(static_cast<std::uint32_t>(units >> (8 * cell)) & 0xff) & are_there;
+            count += 8 * static_cast<std::size_t>(std::popcount(in_cell & lights));
+            in_cell &= ~lights;
         }
-        forgotten->units |= units;
-        forgotten->sampled |= tile.sampled & groups;
-        const std::uint32_t waiting = groups_with_units(forgotten->units) | forgotten->sampled;
-        forgotten->lights |= lights & lights_of_groups(waiting);
+        kept->sampled = (kept->sampled | (lights_of_groups(tile.sampled & groups) & are_there)) & ~lights;
+        kept->stale |= lights;
         tile.known &= ~units;
         tile.sampled &= ~groups;
         tile.uniform &= ~lights;
@@ -203,16 +238,19 @@ public:
         return 24 * count;
     }
 
-    /// Forgets the floods of a brick's light points.
-    void forget_floods(const Brick& brick) {
+    /// Forgets the floods of a brick's light points. Returns their number.
+    std::size_t forget_floods(const Brick& brick) {
         auto& changed = const_cast<Brick&>(brick);
         const std::size_t slots = FloodBox::slots(grid_.quality());
+        std::size_t count = 0;
         for (std::uint32_t flood = std::exchange(changed.floods, 0); flood != 0;) {
             const FloodView view(&words_[flood - 1]);
             const std::uint32_t next = view.next();
             words_.give_back(flood - 1, view.size(slots));
             flood = next;
+            ++count;
         }
+        return count;
     }
 
     /// Makes the memory of what was superseded since the last call free for new cells.
@@ -241,7 +279,7 @@ public:
     }
 
     /// Whether lights were changed, or anything was forgotten, since it was made.
-    bool was_updated() const { return !forgotten_.empty() || !lights_.has_own_order(); }
+    bool was_updated() const { return !kept_.empty() || !lights_.has_own_order(); }
 
     /// Stores all that another mesh with the same lights in the same slots knows of a tile; returns false,
     /// and does nothing, if a part of it is known already.
@@ -250,9 +288,9 @@ public:
         BrickTile& tile = find_or_make_tile(brick, t);
         if ((copied.known & ~tile.known) == 0 && (copied.sampled & ~tile.sampled) == 0)
             return true;
-        const ForgottenLights* const forgotten = forgotten_of(brick, t);
-        if ((tile.known | tile.sampled) != 0 ||
-            (forgotten != nullptr && (forgotten->units | forgotten->sampled) != 0))
+        const KeptLights* const kept = kept_of(brick, t);
+        if ((tile.known | tile.sampled) != 0 || (kept != nullptr && !kept->is_nothing()) ||
+            std::ranges::any_of(tile.cells, [](std::uint32_t cell) { return cell != 0; }))
             return false;
         or_relaxed(tile.lit, copied.lit);
         or_release(tile.uniform, copied.uniform);
@@ -371,7 +409,7 @@ public:
         for (const auto& table : tables_)
             sum += sizeof(SlotTable) + table->slots.capacity() * sizeof(std::uint32_t);
         return sum + regions_.bytes() + bricks_.bytes() + tile_indices_.bytes() + tiles_.bytes() +
-               rows_.bytes() + words_.bytes() + forgotten_.capacity() * sizeof(ForgottenLights) +
+               rows_.bytes() + words_.bytes() + kept_.capacity() * sizeof(KeptLights) +
                superseded_bytes_.load(std::memory_order_relaxed);
     }
 
@@ -439,13 +477,14 @@ private:
         return tiles_[entry - 1];
     }
 
-    /// Null where nothing was forgotten. Who asks holds the brick's lock, or is alone.
-    const ForgottenLights* forgotten_of(const Brick& brick, std::size_t t) const {
+    /// Null where nothing was ever forgotten, or known light by light. Who asks holds the brick's lock, or is
+    /// alone.
+    const KeptLights* kept_of(const Brick& brick, std::size_t t) const {
         const std::uint32_t tile = load_relaxed(view().tile_index(brick, t));
-        return tile == 0 || tile > forgotten_.size() ? nullptr : &forgotten_[tile - 1];
+        return tile == 0 || tile > kept_.size() ? nullptr : &kept_[tile - 1];
     }
-    ForgottenLights* forgotten_of(const Brick& brick, std::size_t t) {
-        return const_cast<ForgottenLights*>(std::as_const(*this).forgotten_of(brick, t));
+    KeptLights* kept_of(const Brick& brick, std::size_t t) {
+        return const_cast<KeptLights*>(std::as_const(*this).kept_of(brick, t));
     }
 
     /// Remembers cells that are about to be replaced, for `reuse_superseded`. Throws std::bad_alloc.
@@ -470,6 +509,29 @@ private:
         write(&words_[index], changed.floods);
         store_release(changed.floods, index + 1);
         return index;
+    }
+
+    /// What is to be stored of a tile: lights of its cells, and which are uniform then, with those that are
+    /// there already.
+    struct CellsToStore {
+        std::array<std::uint64_t, cells_per_brick> lights{};
+        std::uint64_t uniform = 0;
+        std::uint64_t lit = 0;
+    };
+    /// `BrickTile::cells` with some lights taken from `lit`, which may also be uniform.
+    std::array<std::uint32_t, cells_per_brick> stored_cells(const BrickTile& tile, const CellsToStore& store,
+                                                            const KeptLights& kept, const BrickWords& lit) {
+        std::array<std::uint32_t, cells_per_brick> cells = tile.cells;
+        // What cells hold of lights that were forgotten is in the way where those have become uniform.
+        const bool is_outdated = store.lit != tile.lit || (kept.stale & store.uniform & ~tile.uniform) != 0;
+        for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
+            std::uint32_t& index = cells[cell];
+            const std::uint64_t lights = store.lights[cell] & ~store.uniform;
+            if (lights != 0 || (index != 0 && is_outdated))
+                index = keep(merged_row(tile, static_cast<int>(cell), lights, lit), store.uniform, store.lit)
+                            .value;
+        }
+        return cells;
     }
 
     /// What a cell holds, with some lights taken from `lit`.
@@ -527,7 +589,7 @@ private:
     std::size_t region_count_ = 0;
     std::uint16_t frame_ = 0;
     /// For each tile that was there at the last update, by its index.
-    std::vector<ForgottenLights> forgotten_;
+    std::vector<KeptLights> kept_;
     std::mutex superseding_;
     std::vector<std::uint32_t> superseded_;  ///< `CellIndex` values
     std::atomic<std::size_t> superseded_bytes_{0};

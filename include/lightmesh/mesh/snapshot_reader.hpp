@@ -7,6 +7,7 @@
 #include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/light_table.hpp>
+#include <lightmesh/mesh/mesh_data.hpp>
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/mesh/pool.hpp>
 #include <lightmesh/mesh/region_table.hpp>
@@ -49,6 +50,8 @@ public:
     const Grid& grid() const { return grid_; }
     const MeshView& view() const { return view_; }
     const LevelParts& parts() const { return parts_; }
+    /// Snapshots know lights by whole groups.
+    KeptLights find_kept(const Brick&, std::size_t) const { return {}; }
     template <class Visitor>
     void for_each_brick(Visitor&& visit) const {
         for (const Brick& brick : parts_.bricks)

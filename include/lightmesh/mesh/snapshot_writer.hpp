@@ -235,7 +235,8 @@ std::vector<std::byte> write_snapshot(const Levels& levels, LongTest long_tests)
         // As the reader will expect lights in the order of a mesh that is made of them.
         if (data.was_updated()) {
             MeshData copy(data.user_lights(), data.settings(), data.grid());
-            copy_level(data, copy, [](const Brick&) { return true; });
+            copy_level(
+                data, copy, [](const Brick&) { return true; }, false);
             LevelCopy(copy, block).run();
         } else {
             LevelCopy(data, block).run();
