@@ -6,6 +6,7 @@
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/mesh/snapshot_block.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/shadow_rays.hpp>
 #include <lightmesh/snapshot.hpp>
 
 #include <doctest/doctest.h>
@@ -124,20 +125,35 @@ TEST_CASE("a snapshot without a tracer answers what needs none, and says what is
         missing += nan;
     }
     CHECK(missing > 0);
+}
 
-    const Work linked(ShortTest::linked, 3);
-    const Mesh linked_mesh = linked.mesh();
-    ask_all(linked_mesh, linked, 0, 10);
-    const Bytes linked_bytes = linked_mesh.snapshot();
-    const lightmesh::SnapshotView linked_view{std::span<const std::byte>(linked_bytes)};
-    std::vector<float> three(3);
-    for (std::size_t i = 0; i < 10; ++i) {
-        const auto expected = ask(linked_mesh, linked.points[i]);
-        linked_view.visibility(linked.points[i].position, linked.points[i].normal, three);
-        for (std::size_t l = 0; l < 3; ++l)
-            CHECK((std::isnan(three[l]) || three[l] == expected[l]));  // a ray is needed, or it is dark
+TEST_CASE("a snapshot with short tests by rays tells without a tracer which lights cannot reach a point") {
+    for (const ShortTest short_test : {ShortTest::linked, ShortTest::exact}) {
+        const Work work(short_test, 9);
+        const Mesh mesh = work.mesh();
+        ask_all(mesh, work, 0, work.points.size());
+        const Bytes bytes = mesh.snapshot();
+        const lightmesh::SnapshotView view{std::span<const std::byte>(bytes)};
+        const lightmesh::ShadowRays rays(work.lights, work.settings.radius / work.settings.quality);
+        std::vector<float> all(9);
+        std::size_t known = 0;
+        for (const test::SurfacePoint& point : work.points) {
+            std::size_t unknown = 0;
+            const std::size_t counted = view.visibility(point.position, point.normal, all);
+            for (std::size_t l = 0; l < all.size(); ++l) {
+                if (rays.can_light(l, point.position, point.normal)) {
+                    CHECK(std::isnan(all[l]));
+                    ++unknown;
+                } else {
+                    CHECK(all[l] == 0.0f);
+                    ++known;
+                }
+            }
+            CHECK(counted == unknown);
+        }
+        CHECK(known > 0);
+        CHECK(view.visibility({NAN, 0, 0}, {0, 0, 1}, all) == all.size());
     }
-    CHECK(linked_view.visibility({NAN, 0, 0}, {0, 0, 1}, three) == 3);
 }
 
 TEST_CASE("a snapshot merged into an empty mesh restores it without a ray") {
