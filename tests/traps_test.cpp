@@ -4,6 +4,7 @@
 
 #include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/mesh/grid.hpp>
 #include <lightmesh/shadow_rays.hpp>
 
 #include <doctest/doctest.h>
@@ -86,6 +87,37 @@ TEST_CASE("at a crack to a dark hollow linked stays near to exact") {
                 largest = (std::max)(largest, std::abs(a[l] - b[l]));
         }
         CHECK(largest < 0.2f);
+    }
+}
+
+TEST_CASE("in a hollow thinner than a step the shadow ray decides, though all light points around agree") {
+    const Settings settings{.radius = 1.0f, .quality = 2.0f, .short_test = ShortTest::linked};
+    // A box on a floor, in the middle of a cell of the grid: no link and no long test meets it but the second
+    // lamp's, which is in the box.
+    const glm::vec3 point = glm::vec3(lightmesh::Grid(settings).position({0, 0, 0})) + glm::vec3(0.25f);
+    std::vector<test::Triangle> scene;
+    test::add_quad(scene, test::Vec(point) - test::Vec(9, 9, 0), {18, 0, 0}, {0, 18, 0});
+    test::add_box(scene, test::Vec(point) - test::Vec(0.02, 0.02, 0.01),
+                  test::Vec(point) + test::Vec(0.02, 0.02, 0.02));
+    const std::vector<Light> lights{lightmesh::PointLight{point + glm::vec3(0.3f, 0.2f, 6.0f)},
+                                    lightmesh::PointLight{point + glm::vec3(0.0f, 0.0f, 0.01f)}};
+    for (const ShortTest short_test : test::all_short_tests) {
+        Settings chosen = settings;
+        chosen.short_test = short_test;
+        const LightMesh mesh{test::PlainTracer{&scene}, lights, chosen};
+        std::vector<float> all(2);
+        // The second time all is known.
+        for (int i = 0; i < 2; ++i) {
+            mesh.visibility(point, {0, 0, 1}, std::span<float>(all));
+            CHECK(all ==
+                  (short_test == ShortTest::none ? std::vector<float>{1, 0} : std::vector<float>{0, 1}));
+            for (std::size_t l = 0; l < 2; ++l)
+                CHECK(mesh.visibility(point, {0, 0, 1}, l) == all[l]);
+        }
+        // Beside the box it is as without: all light points around are those of the point in it.
+        const glm::vec3 beside = point + glm::vec3(0.05f, 0.0f, 0.0f);
+        mesh.visibility(beside, {0, 0, 1}, std::span<float>(all));
+        CHECK(all == std::vector<float>{1, 0});
     }
 }
 

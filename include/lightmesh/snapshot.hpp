@@ -74,7 +74,8 @@ public:
 
     /// S_i(P) of every light without a tracer, as `LightMesh::visibility`; NaN for what needs a ray or a word
     /// that is not there. So with `ShortTest::none` all that was asked before is answered, but points without
-    /// neighbours; with the other short tests lights that cannot reach the point are 0, and all others NaN.
+    /// neighbours; with the other short tests lights that cannot reach the point are 0, and all others NaN:
+    /// even where all light points around agree, only a ray tells that the point sees one of them.
     /// A point with a footprint is answered where what its levels need was asked before.
     /// Of a cache what was asked before is answered where no ray guards against leaks, which is most of flat
     /// surfaces. Returns the number of NaN, also those of points or normals that are not finite. Throws as

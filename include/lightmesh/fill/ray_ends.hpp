@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
-#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+
+#include <cmath>
 
 /// Where segments begin and end: off the surface they leave, and short of the light they reach. Both bounds
 /// follow the size of the coordinates, since the rounding of an intersection point does (Waechter and Binder,
@@ -20,15 +22,15 @@ inline float end_offset(const glm::vec3& point, float step) {
 
 /// The surface end of a segment: `point` moved along its unit normal.
 inline glm::vec3 surface_end(const glm::vec3& point, const glm::vec3& unit_normal, float step) {
-    return point + end_offset(point, step) * unit_normal;
+    return point + rounded(end_offset(point, step) * unit_normal);
 }
 
 /// The light's end of a segment: `light` moved towards `other`, at most half of the way.
 inline glm::vec3 light_end(const glm::vec3& light, const glm::vec3& other, float step) {
     const glm::vec3 offset_to_other = other - light;
-    const float distance = glm::length(offset_to_other);
+    const float distance = std::sqrt(rounded_dot(offset_to_other, offset_to_other));
     const float offset = end_offset(light, step);
-    return distance > 2.0f * offset ? light + offset_to_other * (offset / distance)
+    return distance > 2.0f * offset ? light + rounded(offset_to_other * (offset / distance))
                                     : light + 0.5f * offset_to_other;
 }
 

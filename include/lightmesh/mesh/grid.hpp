@@ -75,7 +75,7 @@ public:
     /// The position of a point in the grid, in steps from the origin. Throws std::out_of_range that names the
     /// point if the light points around it have no index.
     glm::dvec3 locate(const glm::vec3& point) const {
-        const glm::dvec3 pos = (glm::dvec3(point) - origin_) * (1.0 / step_);
+        const glm::dvec3 pos = detail::rounded((glm::dvec3(point) - origin_) * (1.0 / step_));
         constexpr double limit = max_index - 64.0;
         const bool inside = std::abs(pos.x) < limit && std::abs(pos.y) < limit && std::abs(pos.z) < limit;
         if (!inside)

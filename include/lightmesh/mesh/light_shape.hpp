@@ -2,9 +2,9 @@
 #pragma once
 
 #include <lightmesh/lights.hpp>
+#include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
-#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ struct LightCone {
         if (angle >= static_cast<double>(std::numbers::pi_v<float>))
             return {};
         const double tangent = std::tan(angle);
-        return {glm::normalize(glm::dvec3(unit_or_zero(direction))), (std::min)(tangent * tangent, 1e30),
+        return {rounded_unit(glm::dvec3(unit_or_zero(direction))), (std::min)(tangent * tangent, 1e30),
                 angle > 0.5 * std::numbers::pi, false};
     }
     /// Everything before a plane, without the plane.
@@ -42,9 +42,9 @@ struct LightCone {
         if (is_everything)
             return true;
         const glm::dvec3 w(offset);
-        const double along = glm::dot(axis, w);
-        const glm::dvec3 across = glm::cross(axis, w);
-        const double across_squared = glm::dot(across, across);
+        const double along = rounded_dot(axis, w);
+        const glm::dvec3 across = rounded_cross(axis, w);
+        const double across_squared = rounded_dot(across, across);
         const double limit = tangent_squared * along * along;
         return is_wide ? along >= 0.0 || across_squared >= limit : along >= 0.0 && across_squared <= limit;
     }
@@ -79,7 +79,7 @@ inline LightShape shape_of(const Light& light) {
                 const glm::dvec3 u(unit_or_zero(kind.half_u));
                 const glm::dvec3 v(unit_or_zero(kind.half_v));
                 return {.at = kind.position,
-                        .cone = LightCone::in_front_of(glm::normalize(glm::cross(u, v))),
+                        .cone = LightCone::in_front_of(rounded_unit(rounded_cross(u, v))),
                         .range = kind.range};
             } else {
                 return {.at = kind.position, .cone = {}, .range = kind.range};

@@ -10,6 +10,7 @@
 #include <lightmesh/segment.hpp>
 #include <lightmesh/support/check.hpp>
 #include <lightmesh/support/check_light.hpp>
+#include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
 #include <glm/common.hpp>
@@ -93,7 +94,8 @@ struct LightColumns {
     bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
         const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
         const glm::dvec3 offset((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
-        const double least = (std::max)(glm::length(offset) - 1.0001 * static_cast<double>(radius), 0.0);
+        const double least =
+            (std::max)(glm::length(offset) - rounded(1.0001 * static_cast<double>(radius)), 0.0);
         return static_cast<double>(w[l]) * least * least <= range_squared[l];
     }
 
@@ -227,11 +229,11 @@ private:
     /// The end of a segment from `point` to a far light: the light, but no farther than the grid reaches.
     glm::vec3 far_end(const LightShape& shape, const glm::vec3& point) const {
         if (shape.is_directional)
-            return point + shape.at * reach_;
+            return point + rounded(shape.at * reach_);
         const glm::vec3 offset = shape.at - point;
         const double distance = glm::length(glm::dvec3(offset));
         if (distance > static_cast<double>(reach_))
-            return point + unit_or_zero(offset) * reach_;
+            return point + rounded(unit_or_zero(offset) * reach_);
         return light_end(shape.at, point, step_);
     }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <glm/geometric.hpp>
+#include <lightmesh/support/rounded.hpp>
+
 #include <glm/vec3.hpp>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ inline float largest_component(const glm::vec3& v) {
 /// The vector at length 1, however short or long it is; zero stays zero.
 inline glm::vec3 unit_or_zero(const glm::vec3& v) {
     const float largest = largest_component(v);
-    return largest > 0.0f ? glm::normalize(v / largest) : glm::vec3(0.0f);
+    return largest > 0.0f ? rounded_unit(v / largest) : glm::vec3(0.0f);
 }
 
 /// floor(v), for values that fit; without std::floor, which is a call on targets that lack the instruction.
