@@ -5,7 +5,9 @@
 #include "random_scene.hpp"
 
 #include <lightmesh/cache_settings.hpp>
+#include <lightmesh/light_mesh.hpp>
 #include <lightmesh/lights.hpp>
+#include <lightmesh/settings.hpp>
 #include <lightmesh/surface_point.hpp>
 #include <lightmesh/visibility_cache.hpp>
 
@@ -22,7 +24,7 @@
 #include <numbers>
 #include <span>
 #include <string>
-#include <utility>
+#include <variant>
 #include <vector>
 
 namespace cache_errors_test {
@@ -142,6 +144,28 @@ TEST_CASE("cache errors: thin things keep their contact shadows at the default s
         CHECK(dark > 100);
         CHECK(kept > dark * least / 100);
     }
+}
+
+TEST_CASE("cache errors: where no record serves blur rows are rays to the lamps, whatever the mesh says") {
+    test::Random random(8);
+    const Scene scene = test::boxes_on_floor(random, 5);
+    const std::vector<Light> lights = lamps_of_all_kinds(random);
+    const CacheSettings settings{.spacing = 0.25f};
+    const VisibilityCache lamps{HitTracer{&scene}, lights, settings};
+    const VisibilityCache blur{
+        lightmesh::LightMesh{HitTracer{&scene}, lights, lightmesh::Settings{.radius = 1.0f}}, settings};
+    int partly_open = 0;
+    for (int i = 0; i < 60; ++i) {
+        // Without a normal there is no surface that records could lie on.
+        const glm::vec3 point(random.in_box({-4.0, -4.0, -2.9}, {4.0, 4.0, 0.0}));
+        for (std::size_t l = 0; l < lights.size(); ++l) {
+            const float share = lamps.visibility(point, glm::vec3(0.0f), l);
+            CHECK(blur.visibility(point, glm::vec3(0.0f), l) == share);
+            partly_open += share > 0.0f && share < 1.0f ? 1 : 0;
+        }
+    }
+    CHECK(partly_open > 3);
+    CHECK(blur.mesh().statistics().light_points == 0);
 }
 
 namespace {
