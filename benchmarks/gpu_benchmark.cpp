@@ -1,9 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "gpu_benchmark.hpp"
 
+#include "gpu/gpu_rays.hpp"
+#include "gpu/gpu_scene.hpp"
+#include "render/illumination.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <span>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace bench {
 
@@ -25,6 +39,83 @@ int run_on_device(const char* name, int argc, char** argv,
         return 1;
     }
 }
+
+HardShadows hard_shadows(const demo::ComputeDevice& device, const demo::EmbreeScene& scene,
+                         const ShadingPoints& points) {
+    const std::size_t most = device.is_cpu() ? 100'000 : std::size_t{1} << 24;
+    HardShadows result;
+    std::vector<lightmesh::Segment> rays;
+    for (std::size_t t = 0; t < points.tile_count(); ++t) {
+        const Points tile = points.tile(t);
+        for (const demo::SceneLight& light : scene.scene().lights)
+            for (std::size_t i = 0; i < tile.size(); ++i) {
+                const lightmesh::Segment ray = demo::shadow_segment(light, tile.positions[i], tile.normals[i],
+                                                                    scene.offset(), scene.far_away());
+                if (glm::dot(ray.target - ray.origin, tile.normals[i]) <= 0.0f)
+                    continue;
+                ++result.pairs;
+                if (rays.size() < most)
+                    rays.push_back(ray);
+            }
+    }
+    const demo::GpuScene copy(device, scene);
+    demo::GpuRays tracer(device, copy);
+    tracer.begin_timing();
+    const std::vector<float> found = tracer.let_through(rays);
+    result.seconds = tracer.seconds();
+    result.traced = rays.size();
+    std::vector<float> expected(rays.size());
+    const demo::EmbreeIntersector embree = scene.intersector();
+    constexpr std::size_t block = 4096;
+    tbb::parallel_for(std::size_t{0}, (rays.size() + block - 1) / block, [&](std::size_t b) {
+        std::vector<std::uint8_t> hit(block);
+        const std::size_t begin = b * block;
+        const std::size_t size = (std::min)(block, rays.size() - begin);
+        embree.let_through(std::span(std::as_const(rays)).subspan(begin, size), std::span(hit).first(size),
+                           std::span(expected).subspan(begin, size));
+    });
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        result.differing += std::abs(found[i] - expected[i]) > 1e-3f ? 1u : 0u;
+    return result;
+}
+
+namespace {
+
+void print_row(const std::string& what, const char* relation, double reach, double got, int digits,
+               bool is_reached) {
+    if (reach > 0.0)
+        std::printf("| %s | %s %.*f | %.*f | %s |\n", what.c_str(), relation, digits, reach, digits, got,
+                    is_reached ? "reached" : "missed");
+    else
+        std::printf("| %s | - | %.*f | |\n", what.c_str(), digits, got);
+    std::fflush(stdout);
+}
+
+}  // namespace
+
+namespace targets {
+
+void begin() {
+    std::printf("\n| what | to reach | measured | |\n|---|--:|--:|---|\n");
+}
+
+void at_most(const std::string& what, double reach, double got, int digits) {
+    print_row(what, "at most", reach, got, digits, got <= reach);
+}
+
+void at_least(const std::string& what, double reach, double got, int digits) {
+    print_row(what, "at least", reach, got, digits, got >= reach);
+}
+
+void times_faster_than_hard(const std::string& what, double reach, const HardShadows& hard, double seconds) {
+    const auto pairs = static_cast<double>(hard.pairs);
+    at_least(what + ", times faster than hard shadow rays of a BVH2 at 3.4 G rays/s", reach,
+             pairs / rays_a_second_of_bvh2 / seconds, 2);
+    at_least(what + ", times faster than hard shadow rays of the examples' traversal on this device", 0.0,
+             pairs / hard.rays_a_second() / seconds, 2);
+}
+
+}  // namespace targets
 
 std::vector<lightmesh::SurfacePoint> surface_points(const ShadingPoints& points) {
     std::vector<lightmesh::SurfacePoint> all;

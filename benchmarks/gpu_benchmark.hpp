@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gpu/compute.hpp"
+#include "render/embree_scene.hpp"
 #include "shading_points.hpp"
 
 #include <lightmesh/surface_point.hpp>
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 /// What benchmarks of shaders have in common.
@@ -26,6 +28,34 @@ int run_on_device(const char* name, int argc, char** argv,
 
 /// All points, tile by tile.
 std::vector<lightmesh::SurfacePoint> surface_points(const ShadingPoints& points);
+
+/// Lights that points face, the times it takes shaders to trace rays to them, and Embree's opinion of those.
+struct HardShadows {
+    std::size_t pairs = 0;      ///< of points and lights that they face
+    std::size_t traced = 0;     ///< of these
+    std::size_t differing = 0;  ///< of those that were traced, from Embree's
+    double seconds = 0.0;       ///< of the device, for those that were traced
+
+    double rays_a_second() const { return static_cast<double>(traced) / seconds; }
+};
+HardShadows hard_shadows(const demo::ComputeDevice& device, const demo::EmbreeScene& scene,
+                         const ShadingPoints& points);
+
+/// The rate of a plain BVH2 on an H100, measured before this project's own traversal was.
+inline constexpr double rays_a_second_of_bvh2 = 3.4e9;
+
+/// Rows under the names that figures to reach have: on a CPU that plays a GPU their times decide nothing.
+namespace targets {
+
+/// Begins a table.
+void begin();
+/// Prints a row. `reach` 0: there is nothing to reach, the figure is reported.
+void at_most(const std::string& what, double reach, double got, int digits);
+void at_least(const std::string& what, double reach, double got, int digits);
+/// Two rows of what took so many seconds for all the pairs; `reach` is that of the first.
+void times_faster_than_hard(const std::string& what, double reach, const HardShadows& hard, double seconds);
+
+}  // namespace targets
 
 /// S of all lights of a mesh or a cache, on all threads.
 template <class Subject>

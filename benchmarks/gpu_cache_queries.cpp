@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <string>
 #include <vector>
 
 namespace {
@@ -21,10 +22,15 @@ namespace {
 using lightmesh::SurfacePoint;
 using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
 
-/// Fills a cache on the CPU, asks it there and on the device, and prints a row of the table. Returns how many
-/// values differ.
-std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, float lamp_radius,
-                bool shaft_rows, std::size_t share = 1) {
+struct Result {
+    std::size_t wrong = 0;  ///< values that differ, and points that lack values
+    double seconds = 0.0;   ///< of the device
+    double ns = 0.0;        ///< a point and light
+};
+
+/// Fills a cache on the CPU, asks it there and on the device, and prints a row of the table.
+Result row(const demo::ComputeDevice& device, const demo::Scene& scene, float lamp_radius, bool shaft_rows,
+           std::size_t share = 1) {
     const demo::EmbreeScene bvh(scene);
     const bench::ShadingPoints seen =
         device.is_cpu() ? bench::ShadingPoints(bvh, 64, 48) : bench::ShadingPoints(bvh, 1920, 1440);
@@ -56,7 +62,7 @@ std::size_t row(const demo::ComputeDevice& device, const demo::Scene& scene, flo
                 static_cast<double>(answer.rays) / static_cast<double>(points.size()),
                 1e-6 * static_cast<double>(bytes), 1e3 * answer.seconds, 1e9 * answer.seconds / values);
     std::fflush(stdout);
-    return differing + lacking;
+    return {differing + lacking, answer.seconds, 1e9 * answer.seconds / values};
 }
 
 bool run(const demo::ComputeDevice& device) {
@@ -67,15 +73,36 @@ bool run(const demo::ComputeDevice& device) {
         "|\n|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     std::size_t wrong = 0;
     demo::Scene park = demo::make_park();
+    Result of_park, of_park_without;
     for (const bool shaft_rows : {true, false}) {
-        wrong += row(device, demo::make_spheres(), 6.0f, shaft_rows);
-        wrong += row(device, demo::make_rooms(), 0.3f, shaft_rows);
+        wrong += row(device, demo::make_spheres(), 6.0f, shaft_rows).wrong;
+        wrong += row(device, demo::make_rooms(), 0.3f, shaft_rows).wrong;
         // It takes the CPU longest to fill.
-        wrong += row(device, park, 1.0f, shaft_rows, shaft_rows ? 1 : 4);
+        const Result r = row(device, park, 1.0f, shaft_rows, shaft_rows ? 1 : 4);
+        wrong += r.wrong;
+        (shaft_rows ? of_park : of_park_without) = r;
     }
+    const demo::EmbreeScene bvh(park);
+    const bench::ShadingPoints points =
+        device.is_cpu() ? bench::ShadingPoints(bvh, 64, 48) : bench::ShadingPoints(bvh, 1920, 1440);
+    const bench::HardShadows hard = bench::hard_shadows(device, bvh, points);
     demo::spread_lights(park, 256);
-    wrong += row(device, park, 1.0f, false, 8);
-    return wrong == 0;
+    const Result of_256 = row(device, park, 1.0f, false, 8);
+    demo::spread_lights(park, 1024);
+    const Result of_1024 = row(device, park, 1.0f, false, 64);
+    wrong += of_256.wrong + of_1024.wrong;
+    bench::targets::begin();
+    bench::targets::at_most("park, " + std::to_string(points.size()) +
+                                " points: cache lamp rows (adaptive), ms",
+                            0.8, 1e3 * of_park.seconds, 2);
+    bench::targets::times_faster_than_hard("park, cache", 30.0, hard, of_park.seconds);
+    bench::targets::at_most(
+        "256 lights, ns a point and light over that of the park's, cache without shaft rows", 1.0,
+        of_256.ns / of_park_without.ns, 2);
+    bench::targets::at_most(
+        "1024 lights, ns a point and light over that of the park's, cache without shaft rows", 1.0,
+        of_1024.ns / of_park_without.ns, 2);
+    return wrong == 0 && 1000 * hard.differing <= hard.traced;
 }
 
 }  // namespace

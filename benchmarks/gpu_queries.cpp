@@ -12,6 +12,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -116,6 +117,8 @@ bool run(const demo::ComputeDevice& device) {
                 "uploaded | "
                 "ms | ns a point and light |\n|---|--:|---|--:|--:|--:|--:|--:|--:|\n");
     std::size_t differing = 0;
+    double seconds_of_park[2] = {};  // Express, Linked
+    double ns_of_park[2] = {};
     const auto row = [&](const Stage& stage, std::size_t lights, const Asked& asked,
                          const bench::ShadingPoints& at) {
         const Result r = compare(device, stage, lights, asked, at);
@@ -125,22 +128,52 @@ bool run(const demo::ComputeDevice& device) {
                     static_cast<double>(r.bytes) / 1e6, 1e3 * r.seconds, 1e9 * r.seconds / pairs);
         std::fflush(stdout);
         differing += r.differing;
+        return r;
     };
     const Stage park(demo::make_park(), width, height);
-    for (const Asked& asked : {express, linked, express_by_footprints, linked_by_footprints})
+    const std::array both{express, linked};
+    for (std::size_t i = 0; i < both.size(); ++i) {
+        const Result r = row(park, 64, both[i], park.points);
+        seconds_of_park[i] = r.seconds;
+        ns_of_park[i] = 1e9 * r.seconds / static_cast<double>(r.points * r.lights);
+    }
+    for (const Asked& asked : {express_by_footprints, linked_by_footprints})
         row(park, 64, asked, park.points);
     const Stage rooms(demo::make_rooms(), width, height);
     const Stage spheres(demo::make_spheres(), width, height);
     for (const Stage* stage : {&rooms, &spheres})
         for (const Asked& asked : {express, linked, linked_by_footprints})
             row(*stage, 64, asked, stage->points);
-    std::printf("\n| GLSL against the CPU, %s, all points of park, rooms, spheres: counts and bytes | %zu "
-                "differ |\n\n",
-                device.name().c_str(), differing);
-    for (const auto& [lights, share] : {std::pair<std::size_t, std::size_t>{256, 8}, {1024, 32}})
-        for (const Asked& asked : {express, linked})
-            row(park, lights, asked, park.points.part(park.points.size() / share));
-    return differing == 0;
+    const std::size_t differing_of_scenes = differing;
+    struct Many {
+        std::size_t lights;
+        double times_that_of_64[2];
+    };
+    std::array many{Many{256, {}}, Many{1024, {}}};
+    for (Many& m : many)
+        for (std::size_t i = 0; i < both.size(); ++i) {
+            const Result r =
+                row(park, m.lights, both[i], park.points.part(park.points.size() / (m.lights / 32)));
+            m.times_that_of_64[i] =
+                1e9 * r.seconds / static_cast<double>(r.points * r.lights) / ns_of_park[i];
+        }
+    const bench::HardShadows hard = bench::hard_shadows(device, park.bvh, park.points);
+    bench::targets::begin();
+    std::printf(
+        "| GLSL against the CPU, %s, all points of park, rooms, spheres: counts and bytes | 0 differ | "
+        "%zu differ | %s |\n",
+        device.name().c_str(), differing_of_scenes, differing_of_scenes == 0 ? "reached" : "missed");
+    const std::string points = std::to_string(park.points.size()) + " points: ";
+    bench::targets::at_most("park, 64 lights, " + points + "Express, ms", 1.0, 1e3 * seconds_of_park[0], 2);
+    bench::targets::at_most("park, 64 lights, " + points + "Linked, ms", 1.4, 1e3 * seconds_of_park[1], 2);
+    bench::targets::times_faster_than_hard("park, Express", 30.0, hard, seconds_of_park[0]);
+    bench::targets::times_faster_than_hard("park, Linked", 30.0, hard, seconds_of_park[1]);
+    for (const Many& m : many)
+        for (std::size_t i = 0; i < both.size(); ++i)
+            bench::targets::at_most(std::to_string(m.lights) +
+                                        " lights, ns a point and light over that of 64, " + name_of(both[i]),
+                                    1.0, m.times_that_of_64[i], 2);
+    return differing == 0 && 1000 * hard.differing <= hard.traced;
 }
 
 }  // namespace

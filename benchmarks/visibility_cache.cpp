@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 
-// The visibility cache against lamps of 1,024 rays, against hard shadows and against lamps of 16 rays in
-// packets: errors, times and bytes of a frame of 1920x1440 points, on one thread. Then contact shadows of
-// thin things, walks over surfaces, and a film.
+// The visibility cache against lamps of 1,024 rays (of 64 where those agree), against hard shadows and
+// against lamps of 16 rays in packets: errors, times and bytes of a frame of 1920x1440 points, on one thread.
+// Then contact shadows of thin things, walks over surfaces, and a film.
 
 #include "cache_walks.hpp"
 #include "embree_rays.hpp"
@@ -46,6 +46,8 @@ struct Case {
     double mean_error, misses, warm_ns, warm_over_hard, warm_over_lamps, cold_over_hard, cold_over_lamps,
         megabytes;  ///< to reach; 0: nothing is said
     bool shaft_rows = true;
+    double pair_ns = 0.0;        ///< warm, a point and light; 0: nothing is said
+    bool is_below_hard = false;  ///< whether errors are to be below those of hard shadows
 };
 
 /// All that is compared, for one scene.
@@ -94,14 +96,19 @@ public:
             table.add_row({name + ", " + std::to_string(lights_.size()) + " lights", what,
                            reach > 0.0 ? demo::fixed(reach, digits) : "-", demo::fixed(got, digits)});
         };
-        row("MAE of S", which_.mean_error, errors.mean, 5);
+        row("MAE of S", which_.is_below_hard ? errors.hard_mean : which_.mean_error, errors.mean, 5);
         row("MAE of the reference to another of its kind", 0.0, errors.noise, 5);
         row("MAE of hard shadows", 0.0, errors.hard_mean, 5);
         row("MAE of 16-ray lamps", 0.0, errors.lamp_mean, 5);
-        row("misses, %", which_.misses, 100.0 * errors.misses, 3);
+        row("misses, %", which_.is_below_hard ? 100.0 * errors.hard_misses : which_.misses,
+            100.0 * errors.misses, 3);
+        if (which_.is_below_hard)
+            table.add_row(
+                {name, "below hard shadows everywhere", "yes",
+                 errors.mean < errors.hard_mean && errors.misses <= errors.hard_misses ? "yes" : "no"});
         row("misses of hard shadows, %", 0.0, 100.0 * errors.hard_misses, 3);
         row("warm, ns a point", which_.warm_ns, warm_ns, 0);
-        row("warm, ns a point and light", 0.0, warm_ns / static_cast<double>(lights_.size()), 2);
+        row("warm, ns a point and light", which_.pair_ns, warm_ns / static_cast<double>(lights_.size()), 2);
         row("hard single rays, ns a point", 0.0, hard_ns, 0);
         row("warm, times faster than hard single rays", which_.warm_over_hard, hard_ns / warm_ns, 1);
         row("warm, times faster than 16-ray lamps in packets", which_.warm_over_lamps, lamp_ns / warm_ns, 1);
@@ -252,10 +259,10 @@ int run(std::span<char*> arguments) {
     const std::vector<Case> cases{
         {"rooms", 0.3f, 0, 0.0012, 0.04, 200, 10, 28, 5, 15, 10},
         {"spheres", 6.0f, 0, 0.0018, 0.02, 150, 3, 14, 1.5, 8, 8},
-        {"rooms", 0.1f, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-        {"spheres", 0.45f, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+        {"rooms", 0.1f, 0, 0, 0, 0, 0, 0, 0, 0, 0, true, 0, true},
+        {"spheres", 0.45f, 0, 0, 0, 0, 0, 0, 0, 0, 0, true, 0, true},
         {"park", 1.0f, 0, 0.045, 3, 600, 18, 90, 0.5, 4, 100},
-        {"park", 1.0f, 256, 0, 0, 0, 0, 0, 0, 0, 0},
+        {"park", 1.0f, 256, 0, 0, 0, 0, 0, 0, 0, 0, true, 7},
         {"rooms", 0.3f, 0, 0, 0, 0, 0, 0, 0, 0, 0, false},
         {"spheres", 6.0f, 0, 0, 0, 0, 0, 0, 0, 0, 0, false},
     };

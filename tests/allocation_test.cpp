@@ -1,16 +1,26 @@
 // SPDX-License-Identifier: MIT
+#include "hit_tracer.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
 
+#include <lightmesh/bounds.hpp>
+#include <lightmesh/cache/lamp_ray_list.hpp>
+#include <lightmesh/cache_settings.hpp>
 #include <lightmesh/light_mesh.hpp>
+#include <lightmesh/lights.hpp>
+#include <lightmesh/segment.hpp>
+#include <lightmesh/surface_point.hpp>
 #include <lightmesh/visibility_cache.hpp>
 
 #include <doctest/doctest.h>
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <span>
+#include <utility>
 #include <vector>
 
 // A query on a filled mesh allocates nothing. This file replaces the global operator new of its program,
@@ -82,6 +92,22 @@ void operator delete[](void* memory, std::align_val_t, const std::nothrow_t&) no
 // clang-format on
 
 namespace {
+
+/// How many allocations `try_once` makes: each of them fails once.
+std::size_t failures_of(auto&& try_once) {
+    std::size_t failures = 0;
+    for (bool has_failed = true; has_failed; failures += has_failed ? 1 : 0) {
+        has_failed = false;
+        failing = allocations.load() + failures + 1;
+        try {
+            try_once();
+        } catch (const std::bad_alloc&) {
+            has_failed = true;
+        }
+        failing = 0;
+    }
+    return failures;
+}
 
 std::size_t allocations_of_a_pass(const auto& mesh, const std::vector<test::SurfacePoint>& points,
                                   std::vector<float>& all) {
@@ -186,21 +212,6 @@ TEST_CASE("an allocation that fails while a snapshot is taken or merged loses an
     for (const test::SurfacePoint& p : points)
         mesh.visibility(p.position, p.normal, all);
     const std::vector<std::byte> expected = mesh.snapshot();
-    /// How many allocations `try_once` makes: each of them fails once.
-    const auto failures_of = [](auto&& try_once) {
-        std::size_t failures = 0;
-        for (bool has_failed = true; has_failed; failures += has_failed ? 1 : 0) {
-            has_failed = false;
-            failing = allocations.load() + failures + 1;
-            try {
-                try_once();
-            } catch (const std::bad_alloc&) {
-                has_failed = true;
-            }
-            failing = 0;
-        }
-        return failures;
-    };
     /// Lets one allocation fail, if `try_once` makes so many.
     const auto fails_at = [](std::size_t allocation, auto&& try_once) {
         failing = allocations.load() + allocation;
@@ -244,23 +255,210 @@ TEST_CASE("an allocation that fails while a snapshot is taken or merged loses an
         }
 }
 
-TEST_CASE("a warm query of a visibility cache allocates nothing") {
-    test::Random random(32);
-    const auto scene = test::boxes_on_floor(random, 3);
-    const auto lights = test::random_lights(random, 80);
-    auto points = test::surface_points(random, scene, 20);
-    points.push_back({{0, 0, 0}, {0, 0, 0}});
-    std::vector<float> all(lights.size());
-    const lightmesh::VisibilityCache cache{test::PlainTracer{&scene}, lights,
-                                           lightmesh::CacheSettings{.spacing = 0.3f, .detail = 2}};
+namespace {
+
+/// Boxes under lamps of all kinds, and points of all kinds on them.
+struct CacheWork {
+    std::vector<test::Triangle> scene;
+    std::vector<lightmesh::Light> lights;
+    std::vector<lightmesh::SurfacePoint> points;
+
+    CacheWork(std::uint64_t seed, int light_count, int point_count) {
+        test::Random random(seed);
+        scene = test::boxes_on_floor(random, 3);
+        lights = test::random_lights(random, light_count);
+        lights.push_back(lightmesh::PointLight{.position = {0.0f, 0.0f, 4.0f}, .radius = 0.4f});
+        lights.push_back(lightmesh::RectLight{
+            .position = {1.0f, 0.0f, 4.0f}, .half_u = {0.0f, 1.0f, 0.0f}, .half_v = {0.6f, 0.0f, 0.1f}});
+        for (const test::SurfacePoint& p : test::surface_points(random, scene, point_count)) {
+            lightmesh::SurfacePoint point{.position = p.position, .normal = p.normal};
+            if (points.size() % 3 == 1)
+                point.footprint = static_cast<float>(random.uniform(0.0, 2.0));
+            if (points.size() % 3 == 2)
+                point.shading_normal = p.normal + 0.7f * glm::vec3(random.direction());
+            points.push_back(point);
+        }
+        points.push_back({.position = {0.0f, 0.0f, 0.0f}, .normal = {0.0f, 0.0f, 0.0f}});
+    }
+
+    std::vector<float> ask(const auto& cache) const {
+        std::vector<float> all(points.size() * cache.light_count());
+        cache.visibility(points, all);
+        return all;
+    }
+    /// What a new cache says.
+    std::vector<float> expected(const lightmesh::CacheSettings& settings) const {
+        return ask(lightmesh::VisibilityCache{test::HitTracer{&scene}, lights, settings});
+    }
+};
+
+void check_warm_queries(const auto& cache, const CacheWork& work) {
+    std::vector<float> all(work.points.size() * cache.light_count());
+    std::vector<glm::vec3> positions, normals;
+    for (const lightmesh::SurfacePoint& point : work.points) {
+        positions.push_back(point.position);
+        normals.push_back(point.normal);
+    }
+    float sum = 0.0f;
     const auto allocations_of_a_pass = [&] {
         const std::size_t before = allocations.load();
-        for (const test::SurfacePoint& p : points)
-            cache.visibility(p.position, p.normal, std::span<float>{all});
+        cache.visibility(work.points, all);
+        cache.visibility(positions, normals, all);
+        for (const lightmesh::SurfacePoint& point : work.points) {
+            cache.visibility(point, std::span(all).first(cache.light_count()));
+            cache.visibility(point.position, point.normal, std::span(all).first(cache.light_count()));
+            sum += cache.visibility(point, cache.light_count() - 1);
+            sum += cache.visibility(point.position, point.normal, std::size_t{3});
+        }
         return allocations.load() - before;
     };
     CHECK(allocations_of_a_pass() > 0);
     CHECK(allocations_of_a_pass() == 0);
+    CHECK(sum >= 0.0f);
+}
+
+}  // namespace
+
+TEST_CASE("warm queries of visibility caches allocate nothing, whatever is asked") {
+    const CacheWork work(36, 70, 20);
+    for (const bool is_exact : {false, true}) {
+        const lightmesh::CacheSettings settings{.spacing = 0.4f, .detail = 2, .exact_edges = is_exact};
+        CAPTURE(is_exact);
+        check_warm_queries(lightmesh::VisibilityCache{test::PlainTracer{&work.scene}, work.lights, settings},
+                           work);
+        check_warm_queries(lightmesh::VisibilityCache{test::HitTracer{&work.scene}, work.lights, settings},
+                           work);
+    }
+    lightmesh::LightMesh mesh{test::HitTracer{&work.scene}, work.lights,
+                              lightmesh::Settings{.radius = 0.7f, .quality = 2.0f}};
+    check_warm_queries(
+        lightmesh::VisibilityCache{std::move(mesh), lightmesh::CacheSettings{.spacing = 0.4f, .detail = 2}},
+        work);
+}
+
+TEST_CASE("an allocation that fails in a cold query of a visibility cache loses and changes nothing") {
+    const CacheWork work(37, 20, 700);
+    const lightmesh::CacheSettings settings{.spacing = 0.1f, .detail = 2, .lamp_rays = 1};
+    const lightmesh::VisibilityCache calm{test::HitTracer{&work.scene}, work.lights, settings};
+    const std::size_t before = allocations.load();
+    const std::vector<float> expected = work.ask(calm);
+    const std::size_t made = allocations.load() - before - 1;  // but for the values
+    const std::vector<std::byte> known = calm.snapshot();
+    std::vector<float> all(expected.size());
+    CHECK(made > 2);
+    // A new cache for each failure, then one that meets some of them one after the other.
+    std::size_t failures = 0;
+    for (std::size_t number = 1; number <= made; ++number) {
+        const lightmesh::VisibilityCache cache{test::HitTracer{&work.scene}, work.lights, settings};
+        failing = allocations.load() + number;
+        try {
+            cache.visibility(work.points, all);
+        } catch (const std::bad_alloc&) {
+            ++failures;
+        }
+        failing = 0;
+        CHECK(work.ask(cache) == expected);
+        CHECK(cache.snapshot() == known);
+    }
+    CHECK(failures == made);
+    const lightmesh::VisibilityCache cache{test::HitTracer{&work.scene}, work.lights, settings};
+    CHECK(failures_of([&] { cache.fill(work.points); }) > 1);
+    CHECK(work.ask(cache) == expected);
+    CHECK(cache.snapshot() == known);
+}
+
+TEST_CASE(
+    "an allocation that fails while a list is made for a visibility cache, or served, changes nothing") {
+    const CacheWork work(38, 66, 3);
+    const lightmesh::CacheSettings settings{.spacing = 0.5f, .detail = 1, .lamp_rays = 2};
+    const std::vector<float> expected = work.expected(settings);
+    const test::HitTracer tracer{&work.scene};
+    const auto trace = [&](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
+        for (std::size_t i = 0; i < segments.size(); ++i)
+            hit[i] = tracer.occluded(segments[i]) ? 1 : 0;
+    };
+    const lightmesh::VisibilityCache cache{tracer, work.lights, settings};
+    std::size_t failures = 0;
+    for (int turn = 0; turn < 20; ++turn) {
+        lightmesh::LampRayList list;
+        failures += failures_of([&] {
+            list = {};
+            cache.list_lamp_rays(work.points, list);
+        });
+        if (list.is_empty())
+            break;
+        failures += failures_of([&] { cache.fill(list, trace); });
+    }
+    CHECK(failures > 5);
+    CHECK(cache.statistics().listed_rays > 100);
+    CHECK(work.ask(cache) == expected);
+}
+
+TEST_CASE("an allocation that fails while a visibility cache is saved, restored or moved changes nothing") {
+    const CacheWork work(39, 66, 4);
+    const lightmesh::CacheSettings settings{.spacing = 0.5f, .detail = 1, .lamp_rays = 2};
+    lightmesh::VisibilityCache cache{test::HitTracer{&work.scene}, work.lights, settings};
+    const std::vector<float> expected = work.ask(cache);
+    const std::vector<std::byte> known = cache.snapshot();
+    std::vector<std::byte> taken;
+    CHECK(failures_of([&] { taken = cache.snapshot(); }) > 0);
+    CHECK(taken == known);
+    /// Each failure leaves what was known.
+    const auto check_failures = [&](auto&& try_once) {
+        const std::size_t failures = failures_of([&] {
+            try {
+                try_once();
+            } catch (const std::bad_alloc&) {
+                failing = 0;
+                CHECK(cache.snapshot() == known);
+                throw;
+            }
+        });
+        CHECK(failures > 0);
+        CHECK(cache.snapshot() == known);
+        CHECK(work.ask(cache) == expected);
+    };
+    check_failures([&] { cache.compact(); });
+
+    // A cache that holds nothing, and one that knows a part, meet all failures of a merge one after the
+    // other.
+    for (const std::size_t asked : {std::size_t{0}, std::size_t{2}}) {
+        lightmesh::VisibilityCache restored{test::HitTracer{&work.scene}, work.lights, settings};
+        restored.fill(std::span(work.points).first(asked));
+        CHECK(failures_of([&] { restored.merge(known); }) > 0);
+        CHECK(restored.snapshot() == known);
+        CHECK(work.ask(restored) == expected);
+    }
+}
+
+TEST_CASE("an allocation that fails while lights of a visibility cache change leaves values that are right") {
+    CacheWork work(40, 62, 3);
+    const lightmesh::CacheSettings settings{.spacing = 0.5f, .detail = 1, .lamp_rays = 2};
+    lightmesh::VisibilityCache cache{test::HitTracer{&work.scene}, work.lights, settings};
+    work.ask(cache);
+    // Lights of the first tile, and the first one of a new tile.
+    const auto check = [&](auto&& try_once) {
+        failures_of([&] {
+            try {
+                try_once();
+            } catch (const std::bad_alloc&) {
+                failing = 0;
+                work.lights.assign(cache.lights().begin(), cache.lights().end());
+                CHECK(work.ask(cache) == work.expected(settings));
+                throw;
+            }
+        });
+        work.lights.assign(cache.lights().begin(), cache.lights().end());
+        CHECK(work.ask(cache) == work.expected(settings));
+    };
+    check([&] { cache.set_light(3, lightmesh::PointLight{.position = {1.0f, 0.5f, 2.0f}, .radius = 0.1f}); });
+    const std::size_t count = cache.light_count();
+    check([&] { cache.add_light(lightmesh::PointLight{.position = {-1.0f, 0.5f, 3.0f}, .radius = 0.2f}); });
+    CHECK(cache.light_count() == count + 1);
+    check([&] { cache.remove_light(5); });
+    check([&] { cache.add_light(lightmesh::DirectionalLight{{0.3f, 0.5f, -1.0f}, 0.05f}); });
+    CHECK(cache.light_count() == count + 1);
+    check([&] { cache.scene_changed(lightmesh::Bounds{{-1.0f, -1.0f, -3.0f}, {1.0f, 1.0f, 1.0f}}); });
 }
 
 #endif

@@ -68,4 +68,5 @@ TEST_CASE("lit and dark points, whatever GLM's macros are") {
         check(lightmesh::LightMesh{Tracer{}, test::BoxRenderer{&scene}, lights, settings(short_test)});
         check(lightmesh::LightMesh{Tracer{}, Triangles{}, lights, settings(short_test)});
     }
+    check(lightmesh::VisibilityCache{Tracer{}, lights, lightmesh::CacheSettings{.spacing = 0.25f}});
 }

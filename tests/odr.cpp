@@ -7,11 +7,12 @@
 
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/gpu/mesh_upload.hpp>
+#include <lightmesh/gpu/upload.hpp>
 #include <lightmesh/lightmesh.hpp>
 #include <lightmesh/tune.hpp>
 
 float sum_in_another_file();
 
 float sum_in_another_file() {
-    return test::sum_of_meshes();
+    return test::all_else_is_open() ? test::sum_of_meshes() : 0.0f;
 }

@@ -8,6 +8,7 @@ float sum_under_hostile_macros();  // hostile_macros.cpp
 
 TEST_CASE("several files of a program use the library") {
     CHECK(test::sum_of_meshes() == 30.0f);
+    CHECK(test::all_else_is_open());
     CHECK(sum_in_another_file() == 30.0f);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "hit_tracer.hpp"
 #include "plain.hpp"
+#include "plain_lamps.hpp"
 #include "random_scene.hpp"
 
 #include <lightmesh/light_mesh.hpp>
@@ -32,89 +33,12 @@ using lightmesh::CacheSettings;
 using lightmesh::Light;
 using lightmesh::Segment;
 using lightmesh::VisibilityCache;
+using test::errors_of;
 using test::HitTracer;
+using test::share_of;
 using test::Vec;
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-
-/// The share of a lamp that is open, by many rays in double: plain, without any pattern of the library.
-double share_of(const std::vector<test::Triangle>& scene, const Light& light, const Vec& point,
-                const Vec& normal, int count, test::Random& random) {
-    const Vec from = point + 1e-5 * normal;
-    int open = 0;
-    for (int i = 0; i < count; ++i) {
-        Vec to(0.0);
-        double share = 1.0;
-        const double ring = std::sqrt((i + random.uniform(0.0, 1.0)) / count);
-        const double turn = 2.0 * std::numbers::pi * random.uniform(0.0, 1.0);
-        const auto on_disc = [&](const Vec& axis, double radius) {
-            const Vec other = std::abs(axis.z) < 0.9 ? Vec(0, 0, 1) : Vec(1, 0, 0);
-            const Vec right = glm::normalize(glm::cross(axis, other));
-            return radius * ring * (std::cos(turn) * right + std::sin(turn) * glm::cross(right, axis));
-        };
-        if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&light)) {
-            const Vec axis = -glm::normalize(Vec(sun->direction));
-            to = from + 100.0 * (axis + on_disc(axis, std::tan(static_cast<double>(sun->angular_radius))));
-        } else if (const auto* pane = std::get_if<lightmesh::RectLight>(&light)) {
-            to = Vec(pane->position) + random.uniform(-1.0, 1.0) * Vec(pane->half_u) +
-                 random.uniform(-1.0, 1.0) * Vec(pane->half_v);
-            share = 0.9999;
-        } else {
-            const auto& lamp = std::get<lightmesh::PointLight>(light);
-            const Vec way = Vec(lamp.position) - from;
-            const double distance = glm::length(way);
-            to = Vec(lamp.position) + on_disc(way / distance, static_cast<double>(lamp.radius));
-            share = std::max(0.3, 1.0 - 1.15 * static_cast<double>(lamp.radius) / distance);
-        }
-        open += test::blocked(from, from + share * (to - from), scene) ? 0 : 1;
-    }
-    return static_cast<double>(open) / count;
-}
-
-struct Errors {
-    double mean = 0.0;
-    double misses = 0.0;  ///< share beyond .3
-};
-
-template <class Cache>
-Errors errors_of(const Cache& cache, const std::vector<test::Triangle>& scene,
-                 const std::vector<Light>& lights, const std::vector<test::SurfacePoint>& points) {
-    Errors errors;
-    double pairs = 0.0;
-    test::Random random(77);
-    for (const test::SurfacePoint& point : points) {
-        for (std::size_t l = 0; l < lights.size(); ++l) {
-            const float found = cache.visibility(point.position, point.normal, l);
-            CHECK(found >= 0.0f);
-            CHECK(found <= 1.0f);
-            Vec way(0.0);
-            if (const auto* sun = std::get_if<lightmesh::DirectionalLight>(&lights[l]))
-                way = -Vec(sun->direction);
-            else if (const auto* pane = std::get_if<lightmesh::RectLight>(&lights[l]))
-                way = Vec(pane->position) - Vec(point.position);
-            else
-                way = Vec(std::get<lightmesh::PointLight>(lights[l]).position) - Vec(point.position);
-            if (glm::dot(way, Vec(point.normal)) < 0.0) {
-                CHECK(found == 0.0f);
-                continue;
-            }
-            if (const auto* pane = std::get_if<lightmesh::RectLight>(&lights[l]))
-                if (glm::dot(way, glm::cross(Vec(pane->half_u), Vec(pane->half_v))) > 0.0) {
-                    CHECK(found == 0.0f);
-                    continue;
-                }
-            const double error =
-                std::abs(static_cast<double>(found) -
-                         share_of(scene, lights[l], Vec(point.position), Vec(point.normal), 256, random));
-            errors.mean += error;
-            errors.misses += error > 0.3 ? 1.0 : 0.0;
-            pairs += 1.0;
-        }
-    }
-    errors.mean /= pairs;
-    errors.misses /= pairs;
-    return errors;
-}
 
 struct Work {
     std::vector<test::Triangle> scene;
@@ -157,21 +81,10 @@ std::vector<test::Triangle> floor_scene() {
 
 }  // namespace
 
-TEST_CASE("visibility cache: near to lamps of 256 rays") {
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-        const Work work = boxes(seed, 120);
-        const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
-        const Errors errors = errors_of(cache, work.scene, work.lights, work.points);
-        CAPTURE(seed);
-        CHECK(errors.mean < 0.02);
-        CHECK(errors.misses < 0.015);
-    }
-}
-
 TEST_CASE("visibility cache: without closest_hit records are found by bisection") {
     const Work work = boxes(4, 60);
     const VisibilityCache cache{test::PlainTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
-    const Errors errors = errors_of(cache, work.scene, work.lights, work.points);
+    const test::LampErrors errors = errors_of(cache, work.scene, work.lights, work.points, 256);
     CHECK(errors.mean < 0.02);
     CHECK(errors.misses < 0.02);
     CHECK(cache.statistics().drop_rays > 10 * cache.statistics().records);

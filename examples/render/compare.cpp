@@ -51,8 +51,8 @@ std::string comparison_table(const std::vector<Run>& runs, const Run& reference,
                            static_cast<double>(scene.scene().lights.size());
         table.add_row({made.algorithm, fixed(made.seconds(), 2), fixed(cost.seconds, 2),
                        pairs > 0.0 ? fixed(1e9 * cost.seconds / pairs, 2) : "-",
-                       grouped(cost.shadow_rays + cost.short_rays), rays_that_stay(made),
-                       bytes_text(made.bytes),
+                       grouped(made.cache ? made.cache->point_rays : cost.shadow_rays + cost.short_rays),
+                       rays_that_stay(made), bytes_text(made.bytes),
                        fixed(mean_absolute_difference(made.image, reference.image), 5),
                        fixed(rms_difference(made.image, reference.image), 5)});
     }

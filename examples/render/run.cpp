@@ -39,6 +39,7 @@ void add(Run& sum, const RankPart& part) {
         sum.cache->lamp_rays += part.cache.lamp_rays;
         sum.cache->drop_rays += part.cache.drop_rays;
         sum.cache->link_rays += part.cache.link_rays;
+        sum.cache->point_rays += part.cache.point_rays;
     }
 }
 
@@ -155,7 +156,10 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_rule();
     table.add_row({"primary rays", grouped(spent.primary_rays)});
     table.add_row({"mirrored and refracted rays", grouped(spent.secondary_rays)});
-    table.add_row({"shadow rays", grouped(spent.visibility.shadow_rays)});
+    // Shaders count their own.
+    const bool is_counted_by_cache = run.cache && run.device.empty();
+    table.add_row({is_counted_by_cache ? "rays from points" : "shadow rays",
+                   grouped(is_counted_by_cache ? run.cache->point_rays : spent.visibility.shadow_rays)});
     if (run.mesh) {
         table.add_row({"short rays", grouped(spent.visibility.short_rays)});
         table.add_row({"long rays", grouped(run.mesh->long_rays + run.mesh->listed_rays)});

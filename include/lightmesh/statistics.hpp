@@ -71,10 +71,13 @@ struct CacheStatistics {
     std::size_t records = 0;                         ///< places on surfaces and in the air
     std::size_t rows = 0;                            ///< blocks of visibilities of 8 lights, over all records
     std::array<std::size_t, 16> records_of_level{};  ///< [9] has step g; each has half the step of the last
-    std::uint64_t lamp_rays = 0;          ///< rays of the Intersector from records, or from points, to lamps
-    std::uint64_t listed_rays = 0;        ///< rays of the caller's own tracer from records to lamps
-    std::uint64_t drop_rays = 0;          ///< rays that found the records' places
-    std::uint64_t link_rays = 0;          ///< rays between neighbouring lattice points
+    std::uint64_t lamp_rays = 0;                     ///< rays of the Intersector from records to lamps
+    std::uint64_t listed_rays = 0;  ///< rays of the caller's own tracer from records to lamps
+    std::uint64_t drop_rays = 0;    ///< rays that found the records' places
+    std::uint64_t link_rays = 0;    ///< rays between neighbouring lattice points
+    /// Rays from points, which nothing keeps: which lattice points a point sees, so that nothing leaks, and
+    /// to lamps where no records serve, or `exact_edges` asks for it.
+    std::uint64_t point_rays = 0;
     std::uint64_t forgotten_records = 0;  ///< that had to do with changes of the scene, over all updates
     std::uint64_t forgotten_values = 0;   ///< shares of lamps that updates have forgotten
     std::uint64_t evicted_records = 0;    ///< that `begin_frame` has forgotten for `memory_budget`

@@ -86,7 +86,9 @@ public:
         : store_(std::make_unique<Store>(std::move(tracer), LampRows{}, lights, settings)) {}
 
     /// S of equation (3) at records on surfaces, from a light mesh, which the cache owns: the published blur
-    /// without steps. `Mesh` is a `LightMesh`.
+    /// without steps. `Mesh` is a `LightMesh`. Where no record serves, where `exact_edges` asks for it and
+    /// where facets bend away from a lamp, rays go from the point to all of the lamp, as with lamp rows: hard
+    /// where it has no size, not equation (3).
     template <class Mesh>
     VisibilityCache(Mesh mesh, const CacheSettings& settings) requires std::same_as<Rows, MeshRows<Mesh>>
         : store_(make_store(std::move(mesh), settings)) {}

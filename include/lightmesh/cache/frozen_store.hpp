@@ -80,6 +80,9 @@ public:
         return reader_.row(reader_.records()[record.rows.load(std::memory_order_relaxed)], tile);
     }
 
+    /// Nobody asks.
+    void count_point_rays(std::uint64_t) const {}
+
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
                TileValues& values) const {
         PointRays<Tracer>(tracer_, lattice(), lamps(), settings())

@@ -61,8 +61,7 @@ public:
         }
     }
 
-    std::uint64_t lamp_rays() const { return lamp_rays_; }
-    std::uint64_t drop_rays() const { return drop_rays_; }
+    std::uint64_t rays() const { return rays_; }
 
 private:
     void find_from(const glm::vec3& start, const glm::vec3& unit_normal, const glm::vec3& point,
@@ -72,7 +71,7 @@ private:
         look.origin = {start, unit_normal, seed_at(point), step_, reach_};
         look.plan = plan_;
         rays.find(lamps_, tile, look, wanted, values);
-        lamp_rays_ += rays.rays();
+        rays_ += rays.rays();
     }
 
     /// What turns the pattern of rays: one for all within a 64th of the finest step, so that points which
@@ -97,7 +96,7 @@ private:
         if (sine <= 0.0)
             return start;
         const auto out = find_exit(tracer_, off_surface(point, -unit_normal, step_), lowest.direction,
-                                   lowest.length, drop_rays_);
+                                   lowest.length, rays_);
         if (!out)
             return start;
         // A ray is before the facet's plane at first, and from some place on before the plane where the way
@@ -112,7 +111,7 @@ private:
         const glm::vec3 end = start +
                               static_cast<float>(1.02 * out->distance / (both * inside)) * smooth_normal +
                               (start - point);
-        ++drop_rays_;
+        ++rays_;
         return tracer_.occluded({start, end}) ? start : end;
     }
 
@@ -121,8 +120,7 @@ private:
     double step_;
     double reach_;
     RayPlan plan_;
-    std::uint64_t lamp_rays_ = 0;
-    std::uint64_t drop_rays_ = 0;
+    std::uint64_t rays_ = 0;
 };
 
 }  // namespace lightmesh::detail

@@ -56,6 +56,7 @@ public:
             }
             first = last;
         }
+        count_guard_rays();
     }
     /// The same for one point.
     void all(const SurfacePoint& point, std::span<float> lit) {
@@ -79,6 +80,7 @@ public:
             }
         }
         listed_ = nullptr;
+        count_guard_rays();
     }
 
     /// S of one light.
@@ -88,6 +90,7 @@ public:
         const std::size_t tile = light / lamps_per_tile;
         points_[0].lit = std::span<float>(lit).first(store_.lamps().tile_size(tile));
         find(tile, std::uint64_t{1} << light % lamps_per_tile);
+        count_guard_rays();
         return lit[light % lamps_per_tile];
     }
 
@@ -418,6 +421,7 @@ private:
             }
             trace(store_.tracer(), std::span<const Segment>(segments).first(count),
                   std::span<std::uint8_t>(hit).first(count));
+            guard_rays_ += count;
             std::size_t left = 0;
             for (std::size_t i = 0; i < count; ++i) {
                 Sight& sight = sights_[i];
@@ -439,6 +443,13 @@ private:
             }
             count = left;
         }
+    }
+
+    /// Once a call: what all threads count in is slow to touch.
+    void count_guard_rays() {
+        if (guard_rays_ != 0)
+            store_.count_point_rays(guard_rays_);
+        guard_rays_ = 0;
     }
 
     /// Adds what the records of a level say about a walk's lights. Those are left that finer levels, or rays,
@@ -684,6 +695,7 @@ private:
     std::size_t visitor_count_ = 0;
     std::size_t new_cell_count_ = 0;
     std::size_t sight_count_ = 0;
+    std::uint64_t guard_rays_ = 0;  ///< to lattice points, not counted yet
     std::uint64_t used_cells_ = 0;  ///< by visitors, one bit for each place
     LazyArray<Plane, most_walks> planes_;
     LazyArray<Point, most_walks> points_;

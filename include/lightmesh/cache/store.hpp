@@ -237,20 +237,24 @@ public:
         listed_rays_.fetch_add(rays, std::memory_order_relaxed);
     }
 
+    /// Counts rays from points.
+    void count_point_rays(std::uint64_t rays) const {
+        point_rays_.fetch_add(rays, std::memory_order_relaxed);
+    }
+
     /// Shares of lamps that are open, by rays from a surface point itself.
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
                TileValues& values) const {
         PointRays<Tracer> rays(tracer_, lattice_, lamps_, settings_);
         rays.find(point, unit_normal, tile, wanted, values);
-        lamp_rays_.fetch_add(rays.lamp_rays(), std::memory_order_relaxed);
+        count_point_rays(rays.rays());
     }
     /// The same for a point of a smooth surface.
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
                std::size_t tile, std::uint64_t wanted, TileValues& values) const {
         PointRays<Tracer> rays(tracer_, lattice_, lamps_, settings_);
         rays.find(point, unit_normal, smooth_normal, tile, wanted, values);
-        lamp_rays_.fetch_add(rays.lamp_rays(), std::memory_order_relaxed);
-        drop_rays_.fetch_add(rays.drop_rays(), std::memory_order_relaxed);
+        count_point_rays(rays.rays());
     }
 
     /// The mesh of blur rows.
@@ -395,6 +399,7 @@ public:
         sum.listed_rays = listed_rays_.load(std::memory_order_relaxed);
         sum.drop_rays = drop_rays_.load(std::memory_order_relaxed);
         sum.link_rays = link_rays_.load(std::memory_order_relaxed);
+        sum.point_rays = point_rays_.load(std::memory_order_relaxed);
         sum.forgotten_records = forgotten_records_;
         sum.forgotten_values = forgotten_values_;
         sum.evicted_records = evicted_records_;
@@ -611,6 +616,7 @@ private:
     mutable std::atomic<std::uint64_t> listed_rays_{0};
     mutable std::atomic<std::uint64_t> drop_rays_{0};
     mutable std::atomic<std::uint64_t> link_rays_{0};
+    mutable std::atomic<std::uint64_t> point_rays_{0};
     mutable std::atomic<std::size_t> octets_{0};
     std::uint16_t frame_ = 0;
     std::uint64_t forgotten_records_ = 0;
