@@ -16,11 +16,11 @@ namespace lightmesh::detail {
 inline constexpr std::uint32_t one_value = 255u * 256u;
 
 /// The greatest weighted difference between one record and their blend, of one_value, up to which a level
-/// does without the next one: .01, .1 and .15, for levels of g, of g / 2, and finer ones. Where coarse
+/// does without the next one: .03, .1 and .15, for levels of g, of g / 2, and finer ones. Where coarse
 /// records nearly agree they may miss most, and finer ones cost most and mend least. It gives way wholly
 /// where the difference is greater by spread_range. Below a blend of one half the difference counts more, up
 /// to twice as much in the dark, where the eye sees less light.
-inline constexpr std::array<std::uint32_t, 3> spread_lows{653, 6528, 9792};
+inline constexpr std::array<std::uint32_t, 3> spread_lows{1958, 6528, 9792};
 inline constexpr std::uint32_t spread_range = 16384;  // .25
 
 /// What probes say beside 0 and 255, closed and open: some rays of a cell are open and some closed, or there

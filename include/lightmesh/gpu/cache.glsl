@@ -1616,7 +1616,7 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         bool is_base = level >= 9, is_exact = is_last && lightmesh_cache_has_exact_edges();
         LightMeshCacheLevel how;
         how.is_last = is_last && !is_exact;
-        how.spread_low = level <= 9 ? 653u : level == 10 ? 6528u : 9792u;
+        how.spread_low = level <= 9 ? 1958u : level == 10 ? 6528u : 9792u;
         how.force = is_exact || is_base ? 0u : 32768u;
         how.fade = uint(is_exact ? 32768 : next);
         how.window = 0u;
