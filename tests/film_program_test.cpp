@@ -195,13 +195,15 @@ TEST_CASE(
     };
     // So many milliseconds after a file is there: within the work on a frame, and between two.
     int killed = 0;
-    for (const auto& [file, milliseconds] : {std::pair("film.txt", 0),
-                                             {"frame-0001.png", 0},
-                                             {"frame-0001.png", 7},
-                                             {"frame-0002.png", 15},
-                                             {"frame-0003.png", 24},
-                                             {"frame-0004.png", 38},
-                                             {"frame-0005.png", 1}}) {
+    for (const auto& moment : {std::pair("film.txt", 0),
+                               {"frame-0001.png", 0},
+                               {"frame-0001.png", 7},
+                               {"frame-0002.png", 15},
+                               {"frame-0003.png", 24},
+                               {"frame-0004.png", 38},
+                               {"frame-0005.png", 1}}) {
+        const std::string file = moment.first;
+        const int milliseconds = moment.second;
         CAPTURE(file);
         const std::string name = "killed" + std::to_string(killed++);
         const std::string out = (folder / name).string();

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -180,11 +181,26 @@ TEST_CASE("lightmesh-render by ranks: one that is stopped or killed stops all, a
         std::filesystem::remove(frame(folder, "film", number));
     const Finished killed = stopped_by(folder, "KILL", film);
     CHECK(killed.status > 0);
+    // Rank 0 is told to end, or mpirun ends it and says why.
+    const std::string said = killed.errors + killed.output;
+    CHECK_MESSAGE((said.find("whole frames stay; the same command goes on with the others (it was told to "
+                             "end)") != std::string::npos ||
+                   said.find("signal 9") != std::string::npos),
+                  said);
     CHECK_FALSE(std::filesystem::exists(folder / "film/frame-0040.png"));
+    std::map<std::filesystem::path, std::string> left;
+    for (const auto& file : std::filesystem::directory_iterator(folder / "film"))
+        if (file.path().extension() == ".png")
+            left[file.path()] = demo::read_file(file.path().string());
+    CHECK(left.size() > 0);
 
     const Finished on = by_ranks(folder, 2, film);
     REQUIRE_MESSAGE(on.status == 0, on.errors);
-    CHECK(on.output.find("of 40 frames are there already and stay") != std::string::npos);
+    CHECK(on.output.find(std::to_string(left.size()) + " of 40 frames are there already and stay") !=
+          std::string::npos);
+    // No half ones are among them, which would have been made again.
+    for (const auto& [path, bytes] : left)
+        CHECK(demo::read_file(path.string()) == bytes);
     CHECK_FALSE(folder.has_part_files());
     REQUIRE(test::run(folder, LIGHTMESH_RENDER " film spheres" + tiny + "--frames 1 --from 4.875 -o " +
                                   (folder / "last").string())
