@@ -25,9 +25,9 @@
 /// * `BatchDepthRenderer`: render_depth(views, distances). May be added; so too.
 /// * `BoundedDepthRenderer`: bounds(). May be added, maps of directional lights need bounds; once a light.
 /// * `Occluders`: triangle_count(), triangle(i). In place of long rays: shadow volumes; once, on one thread.
-/// * `LongTestTracer` (fill/long_test_list.hpp) and `SegmentTracer` (fill/segment_tracer.hpp): callables, no
-/// adapters. Where the program fills meshes and caches by rays that are traced very many at once, say on a
-/// GPU.
+/// * `LongTestTracer` (fill/long_test_list.hpp), `SegmentTracer` (fill/segment_tracer.hpp) and `ShareFinder`
+/// (fill/share_finder.hpp): callables, no adapters. Where the program fills meshes and caches by rays that
+/// are traced very many at once, say on a GPU.
 ///
 /// Members that may be added are found by themselves. One that is there but does not fit is an error at
 /// compile time, with one sentence (see `diagnostics.hpp`); `check_tracer` tests at run time what no compiler
