@@ -52,8 +52,8 @@ clang() {
 }
 
 address() {
-    say "address and undefined sanitizers: the library"
-    build_and_test address clang++ "${sanitized[@]}" -DLIGHTMESH_SANITIZE=address,undefined
+    say "address and undefined sanitizers: the library, and snapshots of libFuzzer's"
+    build_and_test address clang++ "${sanitized[@]}" -DLIGHTMESH_SANITIZE=address,undefined -DLIGHTMESH_FUZZ=ON
 }
 
 # The library only: what oneTBB does looks like races.
@@ -69,7 +69,9 @@ sanitized=(-DCMAKE_BUILD_TYPE=None "-DCMAKE_CXX_FLAGS=-O1 -gline-tables-only" -D
 if [ $# -eq 0 ]; then
     set -- style gcc clang address thread
 fi
+times=""
 for stage in "$@"; do
+    began=$SECONDS
     case $stage in
     style | gcc | clang | address | thread) "$stage" ;;
     *)
@@ -77,5 +79,7 @@ for stage in "$@"; do
         exit 2
         ;;
     esac
+    times+=$(printf '%8d s  %s' $((SECONDS - began)) "$stage")$'\n'
 done
 say "all passed: $*"
+printf '%s%8d s  all of tests/run.sh on %d cores\n' "$times" "$SECONDS" "$jobs"

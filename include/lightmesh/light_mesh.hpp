@@ -72,6 +72,9 @@ template <class Tracer, class Source = Rays>
 class LightMesh {
     static_assert(check_intersector<Tracer>());
 
+    template <class Lights>
+    static constexpr bool fits_lights = std::convertible_to<const Lights&, std::span<const Light>>;
+
 public:
     /// Copies adapter and lights. Any number of lights, also none. Throws std::invalid_argument that names
     /// the value for settings out of range and lights that are not finite.
@@ -89,6 +92,22 @@ public:
               const Settings& settings) requires(!std::same_as<Source, Rays>)
         : levels_(std::make_unique<Levels>(std::move(tracer), lights, settings, std::move(source), lights,
                                            settings)) {}
+
+    /// What does not fit the above says so in one sentence.
+    template <class Lights>
+    LightMesh(Tracer, const Lights&, const Settings&) requires(!fits_lights<Lights>) {
+        static_assert(fits_lights<Lights>,
+                      "lightmesh: lights must be a contiguous range of `Light`, such as a "
+                      "`std::vector<Light>`, which holds lights of all kinds");
+    }
+    /// As above.
+    template <class Other, class Lights>
+    LightMesh(Tracer, Other, const Lights&, const Settings&) requires std::same_as<Source, Rays> {
+        static_assert(
+            !std::same_as<Source, Rays>,
+            "lightmesh: `LightMesh<Tracer>` finds long tests by rays, and with an adapter for them write "
+            "`LightMesh<Tracer, Source>`, or no arguments of the template at all");
+    }
 
     /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return data().lights().size(); }

@@ -12,6 +12,24 @@
 ///     cache/     the visibility of real lamps at records on surfaces
 ///     gpu/       what shaders read, and the shaders' side of it
 ///
+/// The words of its comments:
+///
+///     light point       a point of the grid; the mesh knows which lights it sees
+///     step, radius      h between light points, r of the hemisphere of equation (2), world units; q = r / h
+///     level             a grid of 2^k times the step and the radius, for wide footprints
+///     brick, cell       4x4x4 light points; the eight 2x2x2 light points in it
+///     region            8x8x8 bricks, where they are looked up
+///     slot              a light's place in the order of storing; also a brick's in a region, a box, a window
+///     tile, group       64 lights in neighbouring slots; eight of them
+///     unit              a cell and a group: what is known, or not, as one
+///     row, words        what a cell's light points see: a byte a light, or words where few are mixed
+///     uniform           of a light that all light points of a brick see, or none
+///     long, short test  V of light point and light, stored; V of surface point and light point
+///     link              whether the segment between neighbouring light points is open
+///     seed, flood       a light point that a surface point sees; what is reached from it over open links
+///     record, column    of a cache: a place on a surface; the line of the lattice on which it was found
+///     tap               a record that a query blends
+///
 /// A newcomer reads `light_mesh.hpp` with `lights.hpp`, `settings.hpp` and `adapters/concepts.hpp`; then
 /// `mesh/brick.hpp` (what is stored), `query/query.hpp` (a query's way), `query/hemisphere.hpp` (the
 /// neighbours of equation (2)), `query/tally.hpp` and `query/kernels/portable.hpp` (the sum of equation (3));

@@ -27,9 +27,9 @@
 /// that is made, and at `scene_changed`.
 /// * `Occluders`: triangle_count(), triangle(i). In place of long rays: shadow volumes; when a mesh is made,
 /// and at `scene_changed`; on the thread that calls these.
-/// * `LongTestTracer` (fill/long_test_list.hpp) and `SegmentTracer` (fill/segment_tracer.hpp): callables, no
-/// adapters. Where the program fills meshes and caches by rays that are traced very many at once, say on a
-/// GPU.
+/// * `LongTestTracer` (fill/long_test_list.hpp), `SegmentTracer` (fill/segment_tracer.hpp) and `ShareFinder`
+/// (fill/share_finder.hpp): callables, no adapters. Where the program fills meshes and caches by rays that
+/// are traced very many at once, say on a GPU.
 ///
 /// Members that may be added are found by themselves. One that is there but does not fit is an error at
 /// compile time, with one sentence (see `diagnostics.hpp`); `check_tracer` tests at run time what no compiler
@@ -67,9 +67,9 @@ namespace lightmesh {
 /// How often: for long tests by rays, at most once for each light and light point that queries touch
 /// (adaptive ones: 16 of a brick's 64, and the others where these disagree), and about three times for each
 /// light point to link it; what threads find at the same moment may be traced by each. Then for each query
-/// one short ray or some more, at most 20, and one for each of some (2/3) pi q^3 neighbours where the point
-/// sees next to nothing by those (`ShortTest::linked`); none (`none`); or about one for each neighbour,
-/// unless the first few decide (`exact`). And one for each light that reaches a point with m = 0.
+/// one short ray or some more, at most 20 (`ShortTest::linked`), none (`none`), or about one for each of some
+/// (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for each light that reaches a
+/// point with m = 0.
 template <class T>
 concept Intersector = std::copy_constructible<T> && requires(const T& tracer, const Segment& segment) {
     { tracer.occluded(segment) } -> std::same_as<bool>;

@@ -953,10 +953,9 @@ int lightmesh_seek_flood(inout LightMeshPoint p, out ivec3 seed) {
         } else {
             if (p.size < 0)
                 return lightmesh_wants_size;
-            if (p.far_seeds == 12 + p.size || p.floods.count == 20 || 4 * p.linked >= p.size)
+            if (p.far_seeds == 12 || 4 * p.linked >= p.size)
                 return lightmesh_no_seed;
-            seed = lightmesh_point_at(
-                p, p.far_seeds < 12 ? (2 * p.far_seeds + 1) * p.size / 24 : p.far_seeds - 12);
+            seed = lightmesh_point_at(p, (2 * p.far_seeds + 1) * p.size / 24);
             ++p.far_seeds;
         }
         if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(p.level, seed)))

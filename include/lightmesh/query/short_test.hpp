@@ -30,7 +30,6 @@ namespace lightmesh::detail {
 /// of them counts.
 template <class Reach>
 bool link_reached(QueryPoint& point, Reach&& reach) {
-    ++point.floods;
     point.linked_count = point.neighbours.link(reach);
     if (3 * point.linked_count < 2 * point.neighbours.point_count())
         return false;
