@@ -95,7 +95,9 @@ void print_row(const std::string& what, const char* relation, double reach, doub
 
 namespace targets {
 
-void begin() {
+void begin(const demo::ComputeDevice& device) {
+    if (device.is_cpu())
+        std::printf("\nA CPU plays the GPU: times mean nothing.\n");
     std::printf("\n| what | to reach | measured | |\n|---|--:|--:|---|\n");
 }
 

@@ -47,8 +47,8 @@ inline constexpr double rays_a_second_of_bvh2 = 3.4e9;
 /// Rows under the names that figures to reach have: on a CPU that plays a GPU their times decide nothing.
 namespace targets {
 
-/// Begins a table.
-void begin();
+/// Begins a table. On a CPU that plays a GPU it says that times mean nothing.
+void begin(const demo::ComputeDevice& device);
 /// Prints a row. `reach` 0: there is nothing to reach, the figure is reported.
 void at_most(const std::string& what, double reach, double got, int digits);
 void at_least(const std::string& what, double reach, double got, int digits);

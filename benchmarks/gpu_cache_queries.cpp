@@ -91,7 +91,7 @@ bool run(const demo::ComputeDevice& device) {
     demo::spread_lights(park, 1024);
     const Result of_1024 = row(device, park, 1.0f, false, 64);
     wrong += of_256.wrong + of_1024.wrong;
-    bench::targets::begin();
+    bench::targets::begin(device);
     bench::targets::at_most("park, " + std::to_string(points.size()) +
                                 " points: cache lamp rows (adaptive), ms",
                             0.8, 1e3 * of_park.seconds, 2);

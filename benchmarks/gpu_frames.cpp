@@ -278,7 +278,7 @@ bool run(const demo::ComputeDevice& device) {
             if (scene.name == "park" && algorithm == "linked")
                 cold_linked = frame.cold;
         }
-    bench::targets::begin();
+    bench::targets::begin(device);
     bench::targets::at_most("cold frame on the card: park, cache, ms", 60.0, 1e3 * cold_cache, 0);
     bench::targets::at_most("cold frame on the card: park, Linked, ms", 15.0, 1e3 * cold_linked, 0);
     return are_same;

@@ -158,7 +158,7 @@ bool run(const demo::ComputeDevice& device) {
                 1e9 * r.seconds / static_cast<double>(r.points * r.lights) / ns_of_park[i];
         }
     const bench::HardShadows hard = bench::hard_shadows(device, park.bvh, park.points);
-    bench::targets::begin();
+    bench::targets::begin(device);
     std::printf(
         "| GLSL against the CPU, %s, all points of park, rooms, spheres: counts and bytes | 0 differ | "
         "%zu differ | %s |\n",

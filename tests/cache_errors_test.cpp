@@ -122,10 +122,10 @@ TEST_CASE("cache errors: thin things keep their contact shadows at the default s
     };
     const std::array things{Thing{"fence", add_fence, 92}, Thing{"legs", add_legs, 93},
                             Thing{"grass", add_grass, 27}};
-    for (const auto& [name, add, least] : things) {
+    for (const Thing& thing : things) {
         Scene scene;
         add_floor(scene);
-        add(scene);
+        thing.add(scene);
         const VisibilityCache cache{HitTracer{&scene}, lamp, CacheSettings{.spacing = 0.25f}};
         test::Random random(7);
         int dark = 0;
@@ -138,11 +138,11 @@ TEST_CASE("cache errors: thin things keep their contact shadows at the default s
             ++dark;
             kept += cache.visibility(point, {0.0f, 0.0f, 1.0f}, 0) < 0.4f ? 1 : 0;
         }
-        CAPTURE(std::string(name));
+        CAPTURE(std::string(thing.name));
         CAPTURE(dark);
         CAPTURE(kept);
         CHECK(dark > 100);
-        CHECK(kept > dark * least / 100);
+        CHECK(kept > dark * thing.kept / 100);
     }
 }
 

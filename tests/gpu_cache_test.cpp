@@ -6,6 +6,7 @@
 #include "plain.hpp"
 #include "render/embree_scene.hpp"
 #include "render/scene_cache.hpp"
+#include "render/view.hpp"
 #include "render/visibility.hpp"
 #include "scene/scene.hpp"
 #include "seen_points.hpp"
@@ -349,6 +350,7 @@ TEST_CASE("shaders answer from a cache's snapshot what the CPU does, bit by bit,
     for (const std::uint32_t lights : {0u, 1u, 63u, 64u, 65u})
         run(lights, lights, 120, glm::vec3(0.0f), coarse);
     run(256, 256, 40, glm::vec3(0.0f), coarse);
+    run(1024, 1024, 12, glm::vec3(0.0f), coarse);
     run(10, 8, 120, {100'000.0f, -300'000.0f, 20'000.0f}, coarse);
     run(11, 8, 120, {1.0f, 2.0f, 3.0f},
         {.spacing = 0.5f, .detail = 3, .lamp_rays = 2, .origin = glm::vec3(0.0f), .exact_edges = true});
@@ -429,6 +431,27 @@ TEST_CASE("shaders answer at all points of small pictures, with shaft rows and w
             CHECK(found.penumbrae > 100);
         }
     }
+    CHECK(gpu.messages.empty());
+}
+
+TEST_CASE("shaders answer at all points of a small picture of the park, with the footprints of its pixels") {
+    Gpu& gpu = the_gpu();
+    const demo::Scene scene = demo::make_park();
+    const demo::EmbreeScene embree(scene);
+    constexpr int side = 12;
+    auto points = test::seen_points(embree, side);
+    const float pixel_angle = demo::View(scene.camera, side, side).pixel_angle();
+    // Every other one, and those with a tenth of that: finer levels.
+    for (std::size_t i = 0; i < points.size(); i += 2)
+        points[i].footprint =
+            (i % 4 == 0 ? 1.0f : 0.1f) * pixel_angle * glm::distance(points[i].position, scene.camera.eye);
+    demo::VisibilityOptions options = demo::options_of(scene);
+    options.cache.shaft_rows = false;
+    const demo::SceneCache cache = demo::cache_of(embree, options);
+    const Differences found = ask_and_fill(gpu, embree.intersector(), cache, points);
+    CHECK(found.values == 0);
+    CHECK(found.known == 0);
+    CHECK(found.penumbrae > 100);
     CHECK(gpu.messages.empty());
 }
 
