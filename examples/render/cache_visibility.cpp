@@ -66,6 +66,7 @@ public:
     void update(const EmbreeScene& scene, const SceneChange& change) override {
         follow_scene(cache_, lights_(scene), change);
     }
+    void begin_frame() override { cache_.begin_frame(); }
 
     std::optional<lightmesh::CacheStatistics> cache() const override { return cache_.statistics(); }
     std::vector<std::byte> snapshot() const override { return cache_.snapshot(); }

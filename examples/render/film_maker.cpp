@@ -39,7 +39,7 @@ FilmMaker::FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& o
 
 FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
     const Stopwatch stopwatch;
-    go_to(time);
+    begin_frame(time);
     RenderStatistics spent;
     const auto show = [&](double done) {
         watch.look();
@@ -61,7 +61,7 @@ FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& 
 
 FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& progress) {
     const Stopwatch stopwatch;
-    go_to(time);
+    begin_frame(time);
     RenderStatistics spent;
     std::uint64_t before = kept_rays(*shadows_);
     std::uint64_t rays = 0;
@@ -179,6 +179,15 @@ void FilmMaker::go_to(double time) {
         shadows_->update(embree_, change);
     else
         shadows_ = make_visibility(algorithm_, embree_, visibility_);
+    seconds_between_ += stopwatch.seconds();
+}
+
+/// Goes to the time of a frame that is about to be rendered.
+void FilmMaker::begin_frame(double time) {
+    go_to(time);
+    const Stopwatch stopwatch;
+    if (shadows_)
+        shadows_->begin_frame();
     seconds_between_ += stopwatch.seconds();
 }
 

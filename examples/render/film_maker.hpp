@@ -52,6 +52,7 @@ private:
     std::uint64_t rays_for_shadows() const;
     bool rank_0_says(bool is_so);
     void go_to(double time);
+    void begin_frame(double time);
     void count_frame(double seconds);
 
     Ranks& ranks_;

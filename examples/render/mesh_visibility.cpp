@@ -59,6 +59,7 @@ public:
         else
             follow_scene(mesh_, source_.lights(scene), change);
     }
+    void begin_frame() override { mesh_.begin_frame(); }
 
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
     std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }

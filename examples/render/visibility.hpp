@@ -60,6 +60,10 @@ public:
     /// new one would. Not while another thread uses this; `change` must not be to another scene.
     virtual void update(const EmbreeScene& scene, const SceneChange& change) = 0;
 
+    /// Says that a new frame begins, after `update`: what is over the memory budgets of the options and went
+    /// unused is forgotten. Nothing that `find` tells depends on it. Not while another thread uses this.
+    virtual void begin_frame() {}
+
     /// Of the light mesh, if there is one.
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }
     /// Of the visibility cache, if there is one.

@@ -54,6 +54,11 @@ void GroupedVisibility::update(const EmbreeScene& scene, const SceneChange& chan
         made.visibility->update(scene, change);
 }
 
+void GroupedVisibility::begin_frame() {
+    for (const Made& made : groups_)
+        made.visibility->begin_frame();
+}
+
 template <class Statistics>
 std::optional<Statistics> GroupedVisibility::sum(std::optional<Statistics> (Visibility::*of)() const,
                                                  std::size_t Statistics::*count) const {

@@ -29,6 +29,7 @@ public:
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override;
     void update(const EmbreeScene& scene, const SceneChange& change) override;
+    void begin_frame() override;
     /// Of all light meshes together.
     std::optional<lightmesh::MeshStatistics> mesh() const override;
     /// Of all caches together.
