@@ -81,4 +81,11 @@ std::optional<lightmesh::CacheStatistics> GroupedVisibility::cache() const {
     return sum(&Visibility::cache, &lightmesh::CacheStatistics::records);
 }
 
+std::uint64_t GroupedVisibility::kept_rays() const {
+    std::uint64_t rays = 0;
+    for (const Made& made : groups_)
+        rays += demo::kept_rays(*made.visibility);
+    return rays;
+}
+
 }  // namespace demo

@@ -4,6 +4,7 @@
 #include "render/visibility.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -39,6 +40,8 @@ public:
     /// smooths once more. Not while another thread uses this.
     void set_samples(int samples);
 
+    /// That the caches and meshes have traced for what they keep.
+    std::uint64_t kept_rays() const;
     std::size_t group_count() const { return groups_.size(); }
     std::size_t groups_kept() const { return kept_; }
 

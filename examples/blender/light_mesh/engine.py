@@ -19,12 +19,13 @@ _said = set()
 statistics = {}
 
 
-def _session_of(depsgraph, memory):
-    key = depsgraph.scene.name_full, depsgraph.view_layer.name, memory
+def _session_of(depsgraph):
+    key = depsgraph.scene.name_full, depsgraph.view_layer.name
+    budget = depsgraph.scene.light_mesh.memory_budget
+    if key in _sessions and _sessions[key].memory_budget != budget:
+        _sessions.pop(key).close()
     if key not in _sessions:
-        for other in [other for other in _sessions if other[:2] == key[:2]]:
-            _sessions.pop(other).close()
-        _sessions[key] = core.Session(memory << 20)
+        _sessions[key] = core.Session(budget)
     return _sessions[key]
 
 
@@ -64,8 +65,7 @@ class LightMeshEngine(bpy.types.RenderEngine):
     def render(self, depsgraph):
         session = None
         try:
-            settings = depsgraph.scene.light_mesh
-            session = core.Session() if self.is_preview else _session_of(depsgraph, settings.memory)
+            session = core.Session() if self.is_preview else _session_of(depsgraph)
             self._draw(session, depsgraph)
         except Cancelled:
             pass
@@ -78,7 +78,7 @@ class LightMeshEngine(bpy.types.RenderEngine):
 
     def view_update(self, context, depsgraph):
         if getattr(self, 'viewport', None) is None:
-            self.viewport = viewport.Viewport()
+            self.viewport = viewport.Viewport(depsgraph.scene.light_mesh.memory_budget)
         self.viewport.update(depsgraph, self._say)
 
     def view_draw(self, context, depsgraph):

@@ -55,22 +55,25 @@ def _corners(mesh):
 
 
 def _normals(mesh, corners, vertices):
-    """Those of the corners, and those of the vertices: one of them is None."""
-    if hasattr(mesh, 'corner_normals'):
-        return _read(mesh.corner_normals, 'vector', 3, np.float32)[corners].reshape(-1, 9), None
-    if mesh.use_auto_smooth or mesh.has_custom_normals:
+    """Those of the corners of triangles with what the core calls their smoothing, and those of the vertices: either are
+    None."""
+    if hasattr(mesh, 'corner_normals') and mesh.normals_domain == 'CORNER':  # later versions
+        return _read(mesh.corner_normals, 'vector', 3, np.float32)[corners].reshape(-1, 9), np.array(corners, order='C'), None
+    if getattr(mesh, 'use_auto_smooth', False) or mesh.has_custom_normals:
         mesh.calc_normals_split()
-        return _read(mesh.loops, 'normal', 3, np.float32)[corners].reshape(-1, 9), None
+        return _read(mesh.loops, 'normal', 3, np.float32)[corners].reshape(-1, 9), np.array(corners, order='C'), None
     is_smooth = np.empty(len(mesh.polygons), bool)
     mesh.polygons.foreach_get('use_smooth', is_smooth)
     smooth = _read(mesh.vertex_normals, 'vector', 3, np.float32) if is_smooth.any() else None
     if is_smooth.all():
-        return None, smooth
+        return None, None, smooth
     polygons = _read(mesh.loop_triangles, 'polygon_index', 1, np.int32)[:, 0]
     normals = np.repeat(_read(mesh.polygon_normals, 'vector', 3, np.float32)[polygons][:, None], 3, 1)
+    smoothing = polygons
     if smooth is not None:
         normals = np.where(is_smooth[polygons][:, None, None], smooth[vertices], normals)
-    return np.ascontiguousarray(normals).reshape(-1, 9), None
+        smoothing = np.where(is_smooth[polygons], -1, polygons)
+    return np.ascontiguousarray(normals).reshape(-1, 9), np.repeat(smoothing[:, None], 3, 1).astype(np.int32), None
 
 
 def active_uv_layer(mesh):
@@ -88,8 +91,8 @@ def _corner_uvs(layer, corners):
 
 
 def mesh_arrays(mesh, slot_count, uv_layer):
-    """Positions, corners, material slots, the normals of the corners of triangles or of the vertices (the other is None),
-    and the corners' texture coordinates, None without a UV map."""
+    """Positions, corners, material slots, the normals of the corners of triangles with their smoothing, or those of the
+    vertices (the others are None), and the corners' texture coordinates, None without a UV map."""
     mesh.calc_loop_triangles()
     corners, vertices = _corners(mesh)
     slots = np.zeros(len(corners), np.int32)

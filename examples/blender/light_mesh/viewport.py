@@ -22,8 +22,8 @@ open_viewports = weakref.WeakSet()
 class Viewport:
     """What a 3-D view shows. Blender's engine of that view has it, and closes it when it goes."""
 
-    def __init__(self):
-        self._session = core.Session()
+    def __init__(self, memory_budget):
+        self._session = core.Session(memory_budget)
         self._untouched = Untouched()
         self._seen = None
         self._texture = None
@@ -47,6 +47,10 @@ class Viewport:
             return
         self._seen = None
         self.problem = ''
+        budget = depsgraph.scene_eval.light_mesh.memory_budget
+        if self._session.memory_budget != budget:
+            self._session.close()
+            self._session = core.Session(budget)
         try:
             export(self._session, depsgraph, say, untouched=self._untouched)
             self._background = world_colour(depsgraph.scene_eval.world, say)
