@@ -15,7 +15,7 @@ ENGINE = 'LIGHT_MESH'
 # By scene and view layer: films keep what was found. Blender makes an engine for each frame.
 _sessions = {}
 _said = set()
-# Of the last picture, for the panel.
+# Of the last picture, for the panel: never changed, but replaced, since pictures have threads of their own.
 statistics = {}
 
 
@@ -32,11 +32,12 @@ def _session_of(depsgraph):
 @bpy.app.handlers.persistent
 def forget(*_):
     """All sessions, and what was said."""
+    global statistics
     for session in _sessions.values():
         session.close()
     _sessions.clear()
     _said.clear()
-    statistics.clear()
+    statistics = {}
 
 
 def _put(render_pass, pixels):
@@ -155,10 +156,10 @@ class LightMeshEngine(bpy.types.RenderEngine):
             self.update_stats('', f'{progress:.0%}')
 
     def _keep_statistics(self, session, export_seconds, seconds):
+        global statistics
         found = session.statistics()
-        statistics.clear()
-        statistics.update({name: getattr(found, name) for name, _ in core.Statistics._fields_},
-                          seconds_exporting=export_seconds, seconds=seconds)
+        statistics = {name: getattr(found, name) for name, _ in core.Statistics._fields_} | {
+            'seconds_exporting': export_seconds, 'seconds': seconds}
 
 
 def register():

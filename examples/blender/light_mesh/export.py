@@ -13,6 +13,10 @@ from .materials import Materials
 SURFACES = {'MESH', 'CURVE', 'SURFACE', 'FONT', 'META'}
 # That have nothing to draw.
 WITHOUT_SURFACE = {'CAMERA', 'EMPTY', 'ARMATURE', 'LATTICE', 'SPEAKER', 'LIGHT_PROBE', 'LIGHT'}
+# Whose visibility objects have.
+RAYS = 'camera', 'diffuse', 'glossy', 'transmission', 'volume_scatter', 'shadow'
+# The others never see lights here.
+RAYS_OF_LIGHTS = RAYS[1:-1]
 
 
 class Cancelled(Exception):
@@ -147,6 +151,10 @@ class _Exporter:
     def add(self, instance):
         thing = instance.object
         if thing.type == 'LIGHT':
+            self._say_what_rays_see(thing, RAYS_OF_LIGHTS)
+            if lights.is_portal(thing.data):
+                self._say(f'light "{thing.name}" is left out: it is a portal')
+                return
             self._session.add_light(lights.light(thing.data, instance.matrix_world, self._say))
             self.lights.append((instance.instance_object or thing).original)
         elif thing.type in SURFACES:
@@ -158,11 +166,16 @@ class _Exporter:
         elif thing.type not in WITHOUT_SURFACE:
             self._say(f'object "{thing.name}" is left out: {thing.type.lower()}')
 
+    def _say_what_rays_see(self, thing, kinds=RAYS):
+        hidden = [name.replace('_', ' ') for name in kinds if not getattr(thing, f'visible_{name}', True)]
+        if hidden:
+            self._say(f'object "{thing.name}": that it is hidden from rays of {", ".join(hidden)} is left out')
+
     def _add_surface(self, instance, thing):
-        if thing.is_holdout:
-            self._say(f'object "{thing.name}": that it is a holdout is left out')
-        if not (thing.visible_camera and thing.visible_shadow):
-            self._say(f'object "{thing.name}": it is drawn with its shadow, whatever its ray visibility')
+        for text, is_so in (('a holdout', thing.is_holdout), ('a shadow catcher', thing.is_shadow_catcher)):
+            if is_so:
+                self._say(f'object "{thing.name}": that it is {text} is left out')
+        self._say_what_rays_see(thing)
         slots = [slot.material for slot in thing.material_slots]
         own = list(getattr(thing.data, 'materials', ()))
         chosen = slots if len(slots) >= len(own) else own
@@ -210,12 +223,31 @@ class _Exporter:
             thing.to_mesh_clear()
 
 
+def _say_what_layers_ask(view_layer, say):
+    """What view layers and their collections ask for and is left out."""
+    for name in ('material_override', 'world_override'):
+        if getattr(view_layer, name, None) is not None:
+            say(f'view layer "{view_layer.name}": its {name.replace("_", " ")} is left out')
+
+    def visit(layer):
+        if layer.exclude:
+            return
+        for text, is_so in (('a holdout', layer.holdout), ('indirect only', layer.indirect_only)):
+            if is_so:
+                say(f'collection "{layer.name}": that it is {text} is left out')
+        for child in layer.children:
+            visit(child)
+
+    visit(view_layer.layer_collection)
+
+
 def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
     """Gives the lights' objects in their order. `untouched` is the session's own `Untouched`, if it has one. Raises
     CoreError for what cannot be drawn, and Cancelled."""
     session.begin()
     if untouched is not None:
         untouched.begin(depsgraph)
+    _say_what_layers_ask(depsgraph.view_layer, say)
     exporter = _Exporter(session, say, untouched)
     for instance in depsgraph.object_instances:
         if is_cancelled():

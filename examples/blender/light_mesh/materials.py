@@ -75,6 +75,24 @@ def _as_bytes(pixels, with_alpha):
     return rgba
 
 
+def left_out_of(node):
+    """Names of the inputs of a Principled node, of any version, that ask for what is not drawn."""
+    def asks(name, nothing):
+        socket = node.inputs.get(name)
+        if socket is None:
+            return False
+        if socket.is_linked or nothing is None:
+            return socket.is_linked
+        value = socket.default_value
+        return (any(channel != nothing for channel in tuple(value)[:3]) if hasattr(value, '__len__') else value > 0)
+
+    return [name for name, nothing in (
+        ('Subsurface', 0), ('Subsurface Weight', 0), ('Sheen', 0), ('Sheen Weight', 0), ('Clearcoat', 0),
+        ('Coat Weight', 0), ('Anisotropic', 0), ('Specular Tint', 1), ('Transmission Roughness', 0),
+        ('Diffuse Roughness', 0), ('Thin Film Thickness', 0), ('Normal', None), ('Clearcoat Normal', None),
+        ('Coat Normal', None), ('Tangent', None)) if asks(name, nothing)]
+
+
 class Materials:
     """Gives each material of a frame its number, and its pictures theirs."""
 
@@ -177,11 +195,7 @@ class Materials:
         self._emission(made, _socket(node, 'Emission', 'Emission Color'), node.inputs['Emission Strength'], material)
         if made.alpha < 1 and made.transmission > 0:
             self._say(f'material "{material.name}": what shines through by alpha is bent as by transmission')
-        left_out = [names[0] for names in (('Subsurface', 'Subsurface Weight'), ('Sheen', 'Sheen Weight'),
-                                           ('Clearcoat', 'Coat Weight'), ('Anisotropic',))
-                    if (socket := _socket(node, *names)) is not None and (socket.is_linked or socket.default_value > 0)]
-        left_out += [name for name in ('Normal', 'Clearcoat Normal', 'Tangent')
-                     if (socket := node.inputs.get(name)) is not None and socket.is_linked]
+        left_out = left_out_of(node)
         if left_out:
             self._say(f'material "{material.name}": {", ".join(left_out)} left out')
 
@@ -222,6 +236,7 @@ class Materials:
 
     def _image(self, node, with_alpha, material):
         image = node.image
+        with_alpha = with_alpha and image.alpha_mode != 'NONE'
         clamps = node.extension != 'REPEAT'
         key = image.name_full, with_alpha, clamps
         if key not in self._images:
@@ -235,6 +250,7 @@ class Materials:
                 ('that it ends at its edges', node.extension not in ('REPEAT', 'EXTEND')),
                 ('values above 1', image.is_float),
                 ('its colour space', image.colorspace_settings.name not in ('sRGB', *LINEAR)),
+                ('its premultiplied alpha', image.alpha_mode == 'PREMUL'),
                 ('that it moves', image.source in ('MOVIE', 'SEQUENCE')),
             ) if is_so]
             if notes:
@@ -254,7 +270,11 @@ class Materials:
         key = core.hash_of(pixels, np.frombuffer(told, np.uint8))
         number = self._session.find_image(key)
         if number is None:
-            number = self._session.add_image(key, _as_bytes(_pixels(image) if pixels is None else pixels, with_alpha), flags)
+            pixels = _pixels(image) if pixels is None else pixels
+            if (not with_alpha and image.alpha_mode == 'STRAIGHT' and image.channels == 4 and not image.is_float and
+                    pixels[..., 3].min() < 1):
+                self._say(f'image "{image.name}": that its alpha darkens its colours is left out')
+            number = self._session.add_image(key, _as_bytes(pixels, with_alpha), flags)
         return number
 
 
@@ -265,6 +285,8 @@ def world_colour(world, say):
     if not world.use_nodes or world.node_tree is None:
         return np.array(world.color[:])
     output = _output(world.node_tree)
+    if output and output.inputs['Volume'].is_linked:
+        say(f'world "{world.name}": its volume is left out')
     node = _source(output.inputs['Surface']) if output else None
     if node is None:
         return np.zeros(3)

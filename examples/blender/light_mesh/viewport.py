@@ -47,7 +47,7 @@ class Viewport:
             return
         self._seen = None
         self.problem = ''
-        budget = depsgraph.scene_eval.light_mesh.memory_budget
+        budget = depsgraph.scene.light_mesh.memory_budget
         if self._session.memory_budget != budget:
             self._session.close()
             self._session = core.Session(budget)
