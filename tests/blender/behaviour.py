@@ -374,6 +374,7 @@ class Behaviour(unittest.TestCase):
             depsgraph = bpy.context.evaluated_depsgraph_get()
             view = viewport.Viewport(SCENE.light_mesh.memory_budget)
             view.update(depsgraph, print)
+            view._commit.join()
             SCENE.light_mesh.memory = 2
             view.update(bpy.context.evaluated_depsgraph_get(), print)
             view.close()

@@ -84,7 +84,7 @@ class LightMeshEngine(bpy.types.RenderEngine):
 
     def view_draw(self, context, depsgraph):
         if getattr(self, 'viewport', None) is not None:
-            self.viewport.draw(self, context, depsgraph)
+            self.viewport.draw(self, context, depsgraph, self._say)
 
     def _view(self, depsgraph):
         """The picture without its colours."""

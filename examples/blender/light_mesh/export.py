@@ -113,13 +113,18 @@ class Untouched:
     def __init__(self):
         self._hashes = {}
         self._seen = {}
+        self._edited = set()
 
-    def begin(self, depsgraph):
+    def note(self, depsgraph):
+        """The edits since the last time."""
+        self._edited |= {update.id.original.as_pointer() for update in depsgraph.updates
+                         if update.is_updated_geometry or not isinstance(update.id, bpy.types.Object)}
+
+    def begin(self):
         """Before an export: forgets what was edited, and what the last export did not ask for."""
-        edited = {update.id.original.as_pointer() for update in depsgraph.updates
-                  if update.is_updated_geometry or not isinstance(update.id, bpy.types.Object)}
-        self._hashes = {key: value for key, value in self._seen.items() if edited.isdisjoint(key[:2])}
+        self._hashes = {key: value for key, value in self._seen.items() if self._edited.isdisjoint(key[:2])}
         self._seen = {}
+        self._edited = set()
 
     @staticmethod
     def key(instance, *more):
@@ -241,20 +246,26 @@ def _say_what_layers_ask(view_layer, say):
     visit(view_layer.layer_collection)
 
 
-def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
-    """Gives the lights' objects in their order. `untouched` is the session's own `Untouched`, if it has one. Raises
-    CoreError for what cannot be drawn, and Cancelled."""
+def tell(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
+    """All but the session's `commit`. Gives the lights' objects in their order. `untouched` is the session's own
+    `Untouched`, if it has one. Raises CoreError for what cannot be drawn, and Cancelled."""
     session.begin()
     if untouched is not None:
-        untouched.begin(depsgraph)
+        untouched.begin()
     _say_what_layers_ask(depsgraph.view_layer, say)
     exporter = _Exporter(session, say, untouched)
     for instance in depsgraph.object_instances:
         if is_cancelled():
             raise Cancelled
         exporter.add(instance)
-    session.commit()
     return exporter.lights
 
 
-__all__ = ['Cancelled', 'CoreError', 'Untouched', 'active_uv_layer', 'export', 'mesh_arrays']
+def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
+    """`tell` with the session's `commit`."""
+    told = tell(session, depsgraph, say, is_cancelled, untouched)
+    session.commit()
+    return told
+
+
+__all__ = ['Cancelled', 'CoreError', 'Untouched', 'active_uv_layer', 'export', 'mesh_arrays', 'tell']
