@@ -818,6 +818,75 @@ TEST_CASE("blender core: a flat mesh that bends has moved, and what only picture
     CHECK(found.is_new_scene == 0);
 }
 
+TEST_CASE("blender core: lights that come, go or get other settings cost what is theirs") {
+    for (const LmShadow shadow : {LM_REAL_LAMP, LM_MESH, LM_MESH_ATK, LM_HARD_RAYS}) {
+        CAPTURE(static_cast<int>(shadow));
+        const bool keeps = shadow != LM_HARD_RAYS;
+        const auto plate = at(0, 0, 1, 0.05);
+        std::vector<LmLight> lights;
+        for (int i = 0; i < 6; ++i) {
+            lights.push_back(lamp(0.4f * static_cast<float>(i) - 1.0f, 0.5f, 4, 4.0f, shadow));
+            lights.back().id = static_cast<std::uint64_t>(10 + i);
+            lights.back().size = 0.3f;
+        }
+        const Session film(lm_new(0));
+        LmStatistics found{};
+        std::int64_t rays = 0;
+        // Draws the lights, compares with a new session, and gives the rays that were traced for it.
+        const auto draw = [&](const std::string& what) {
+            CAPTURE(what);
+            tell(film.get(), lights, plate.data());
+            const std::vector<float> ours = picture(film.get(), from_above(24, 24));
+            REQUIRE(lm_statistics(film.get(), &found) == 0);
+            const Session fresh(lm_new(0));
+            tell(fresh.get(), lights, plate.data());
+            CHECK(picture(fresh.get(), from_above(24, 24)) == ours);
+            return found.kept_rays - std::exchange(rays, found.kept_rays);
+        };
+        const std::int64_t all = draw("first");
+        CHECK((all > 0) == keeps);
+        const auto costs = [&](const std::string& what, std::int64_t lights_worth, int groups, int kept) {
+            CAPTURE(what);
+            const std::int64_t cost = draw(what);
+            CHECK(found.is_new_scene == 0);
+            CHECK(found.groups == groups);
+            if (keeps)
+                CHECK(found.groups_kept == kept);
+            CAPTURE(all);
+            CAPTURE(cost);
+            CHECK(cost <= lights_worth * all / 5);
+        };
+        const LmLight first = lights.front();
+        lights.erase(lights.begin());
+        costs("one went", 0, 1, 1);
+        lights.push_back(first);
+        costs("it came back, as the last", 2, 1, 1);
+        std::swap(lights[1], lights[3]);
+        costs("in another order", 0, 1, 1);
+        lights.insert(lights.begin() + 2, lamp(1.5f, -1, 3, 4.0f, shadow));
+        lights[2].id = 99;
+        lights[2].size = 0.3f;
+        if (shadow != LM_MESH)  // copied by groups of eight, of which others may be found again
+            costs("another one came", 2, 1, 1);
+        else
+            draw("another one came");
+        if (shadow == LM_HARD_RAYS)
+            continue;
+        lights[4].spacing = 0.3f;
+        lights[4].radius = 0.4f;
+        costs("other settings of one", 10, 2, 1);  // links of a mesh of its own
+        const std::vector<LmLight> some(lights.begin() + 4, lights.end());
+        lights = some;
+        costs("most went", 0, 2, 2);
+        // All have the same number, as if nothing told them apart.
+        for (LmLight& light : lights)
+            light.id = 0;
+        draw("all alike");
+        lights.erase(lights.begin() + 1);
+        draw("one of them went");
+    }
+}
+
 TEST_CASE("blender core: caches and meshes keep to their memory from frame to frame, and draw the same") {
     constexpr std::uint64_t budget = 1 << 18;
     for (const LmShadow shadow : {LM_REAL_LAMP, LM_MESH}) {

@@ -271,6 +271,31 @@ class Behaviour(unittest.TestCase):
         found, _, _ = edit(lambda: setattr(of_glass['Alpha'], 'default_value', .8))
         self.assertEqual(found['is_new_scene'], 1)
 
+    def test_a_lamp_that_comes_or_goes_leaves_the_others(self):
+        scene()
+        lamps = [lamp('POINT', (x, -1, 4), 200, shadow_soft_size=.2) for x in (-2, 0, 2)]
+        drawn = [picture()]
+        rays = engine.statistics['kept_rays']
+        lamps[0].hide_render = True
+        drawn.append(picture())
+        self.assertEqual(engine.statistics['groups_kept'], 1)
+        self.assertLess(engine.statistics['kept_rays'] - rays, rays / 100)
+        lamps[2].data.light_mesh.spacing = .3
+        drawn.append(picture())
+        self.assertEqual((engine.statistics['groups'], engine.statistics['groups_kept']), (2, 1))
+        collection = bpy.data.collections.new('Lamps')
+        collection.objects.link(lamps[1])
+        SCENE.collection.objects.unlink(lamps[1])
+        for x in (-1, 1):
+            empty = add('Empty', None, (x, 0, 0))
+            empty.instance_type, empty.instance_collection = 'COLLECTION', collection
+        drawn.append(picture())
+        self.assertEqual((engine.statistics['groups'], engine.statistics['groups_kept']), (2, 2))
+        engine.forget()
+        self.assertTrue((picture() == drawn[3]).all())
+        for a, b in zip(drawn, drawn[1:]):
+            self.assertFalse((a == b).all())
+
     def test_images_are_read_when_they_changed(self):
         plane(4)
         camera()
@@ -374,7 +399,8 @@ class Behaviour(unittest.TestCase):
             depsgraph = bpy.context.evaluated_depsgraph_get()
             view = viewport.Viewport(SCENE.light_mesh.memory_budget)
             view.update(depsgraph, print)
-            view._commit.join()
+            if view._commit is not None:
+                view._commit.join()
             SCENE.light_mesh.memory = 2
             view.update(bpy.context.evaluated_depsgraph_get(), print)
             view.close()

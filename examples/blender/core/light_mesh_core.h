@@ -78,6 +78,7 @@ enum LmShadow {
 
 typedef struct LmLight {
     const char* name; /**< for messages */
+    uint64_t id;      /**< the same in all frames: what was found of the light is kept, whatever others do */
     int32_t kind;
     int32_t shadow;
     float position[3];
@@ -131,10 +132,10 @@ typedef struct LmStatistics {
     int64_t triangles;         /**< that are drawn, those of instances each time */
     int64_t stored_triangles;  /**< of these, how many are in memory */
     int32_t groups;            /**< caches and meshes: one for each distinct setting */
-    int32_t groups_kept;       /**< of these, how many the last commit found the same but for what moved */
-    int32_t is_new_scene;      /**< whether the last commit kept nothing: it found other triangles, by their
-                                    number and the vertices they share, or others that light passes */
-    int32_t moved_boxes;       /**< where the last commit found triangles moved */
+    int32_t groups_kept;  /**< of these, how many the last commit kept, but for what moved, came or went */
+    int32_t is_new_scene; /**< whether the last commit kept nothing: it found other triangles, by their
+                               number and the vertices they share, or others that light passes */
+    int32_t moved_boxes;  /**< where the last commit found triangles moved */
 } LmStatistics;
 
 LM_API int lm_abi(void);

@@ -204,10 +204,11 @@ void Session::add_light(const LmLight& light) {
     SceneLight made = told_light(light);
     if (light.shadow != LM_NO_SHADOW) {
         LightGroup group = told_group(light, memory_budget_);
-        auto& lights = told_.groups.try_emplace(group.settings, group).first->second.options.lights;
-        if (!lights)
-            lights.emplace();
-        lights->push_back(told_.lights.size());
+        LightGroup& told = told_.groups.try_emplace(group.settings, group).first->second;
+        if (!told.options.lights)
+            told.options.lights.emplace();
+        told.options.lights->push_back(told_.lights.size());
+        told.light_ids.push_back(light.id);
     }
     told_.lights.push_back(std::move(made));
 }

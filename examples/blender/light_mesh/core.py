@@ -32,7 +32,7 @@ class Mesh(c.Structure):
 
 
 class Light(c.Structure):
-    _fields_ = [('name', c.c_char_p), ('kind', c.c_int32), ('shadow', c.c_int32), ('position', Float3),
+    _fields_ = [('name', c.c_char_p), ('id', c.c_uint64), ('kind', c.c_int32), ('shadow', c.c_int32), ('position', Float3),
                 ('axis', Float3), ('half_u', Float3), ('half_v', Float3), ('strength', Float3), ('cone', c.c_float),
                 ('blend', c.c_float), ('size', c.c_float), ('spacing', c.c_float), ('detail', c.c_int32),
                 ('radius', c.c_float), ('quality', c.c_float), ('express', c.c_int32), ('map_size', c.c_int32)]

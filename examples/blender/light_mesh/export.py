@@ -144,6 +144,14 @@ class Untouched:
             self._seen[key] = mesh_hash
 
 
+def _light_id(instance):
+    """The same in all frames."""
+    parts = [(instance.instance_object or instance.object).original.as_pointer()]
+    if instance.is_instance:
+        parts += [instance.parent.original.as_pointer(), *instance.persistent_id]
+    return hash_of(np.array(parts, np.int64))
+
+
 class _Exporter:
     def __init__(self, session, say, untouched):
         self._session = session
@@ -160,7 +168,9 @@ class _Exporter:
             if lights.is_portal(thing.data):
                 self._say(f'light "{thing.name}" is left out: it is a portal')
                 return
-            self._session.add_light(lights.light(thing.data, instance.matrix_world, self._say))
+            light = lights.light(thing.data, instance.matrix_world, self._say)
+            light.id = _light_id(instance)
+            self._session.add_light(light)
             self.lights.append((instance.instance_object or thing).original)
         elif thing.type in SURFACES:
             if instance.show_self:
