@@ -50,6 +50,7 @@ def exports():
 
     def tell(**how):
         start = time.perf_counter()
+        untouched.note(depsgraph)
         export.export(session, depsgraph, print, **how)
         return time.perf_counter() - start
 

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
 
+# The core hides all but its own functions: Blender may have another Embree or TBB.
+add_test(NAME "blender: symbols" COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DCORE=$<TARGET_FILE:lightmesh_blender_core> -P
+                                         ${CMAKE_CURRENT_SOURCE_DIR}/check_symbols.cmake)
+
 # The add-on inside Blender, where there is one: each script in a Blender of its own, with a profile of its own.
 find_program(LIGHTMESH_BLENDER blender)
 if(NOT LIGHTMESH_BLENDER)
@@ -26,4 +30,6 @@ if(LIGHTMESH_XVFB_RUN)
                      ${CMAKE_CURRENT_SOURCE_DIR}/blender/interface.py)
     set_tests_properties("blender: interface" PROPERTIES ENVIRONMENT "${blender_environment};LIBGL_ALWAYS_SOFTWARE=1"
                                                          TIMEOUT 300)
+else()
+    message(STATUS "lightmesh: there is no xvfb-run, so the add-on's interface is not tested; Debian: xvfb xauth")
 endif()

@@ -13,6 +13,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace blender_core_test {
@@ -34,7 +35,15 @@ struct Square {
     explicit Square(float half) : positions{-half, -half, 0, half, -half, 0, half, half, 0, -half, half, 0} {}
 
     LmMesh mesh() const {
-        return {"square", positions.data(), corners.data(), slots.data(), nullptr, nullptr, uvs.data(), 4, 2};
+        LmMesh made{};
+        made.name = "square";
+        made.positions = positions.data();
+        made.corners = corners.data();
+        made.slots = slots.data();
+        made.uvs = uvs.data();
+        made.vertex_count = 4;
+        made.triangle_count = 2;
+        return made;
     }
     std::uint64_t hash() const { return lm_hash(1, positions.data(), positions.size() * sizeof(float)); }
 };
@@ -261,7 +270,7 @@ TEST_CASE("blender core: pictures are blended as they are stored, rows from the 
     const Session session(lm_new(0));
     REQUIRE(lm_begin(session.get()) == 0);
     const std::array<std::uint8_t, 8> texels{0, 0, 0, 255, 255, 255, 255, 255};  // dark below, light above
-    REQUIRE(lm_add_image(session.get(), 1, 2, texels.data(), LM_IMAGE_CLAMP) == 0);
+    REQUIRE(lm_add_image(session.get(), 1, 1, 2, texels.data(), LM_IMAGE_CLAMP) == 0);
     LmMaterial textured = matt(1.0f);
     textured.base_image = 0;
     const std::int32_t material = lm_add_material(session.get(), &textured);
@@ -279,6 +288,41 @@ TEST_CASE("blender core: pictures are blended as they are stored, rows from the 
     CHECK(pixels[16] == 1.0f);
     const double half = std::pow((0.5 + 0.055) / 1.055, 2.4);
     CHECK(pixels[8] == doctest::Approx(half).epsilon(1e-3));
+}
+
+TEST_CASE("blender core: an image is told once as long as frames have it") {
+    const Session session(lm_new(0));
+    const Square square(2.0f);
+    const LmMesh mesh = square.mesh();
+    const auto origin = at(0, 0, 0);
+    LmView view = from_above(4, 4);
+    view.ambient[0] = 1.0f;
+    // With images of these keys, the last of which is seen: its colour.
+    const auto seen = [&](const std::vector<std::uint64_t>& keys, bool are_known) {
+        REQUIRE(lm_begin(session.get()) == 0);
+        LmMaterial textured = matt(1.0f);
+        for (const std::uint64_t key : keys) {
+            textured.base_image = lm_find_image(session.get(), key);
+            CHECK((textured.base_image >= 0) == are_known);
+            const std::array<std::uint8_t, 4> texel{static_cast<std::uint8_t>(key), 0, 0, 255};
+            if (textured.base_image < 0)
+                textured.base_image = lm_add_image(session.get(), key, 1, 1, texel.data(), LM_IMAGE_LINEAR);
+            CHECK(lm_find_image(session.get(), key) == textured.base_image);
+        }
+        const std::int32_t material = lm_add_material(session.get(), &textured);
+        REQUIRE_MESSAGE(material >= 0, lm_error());
+        const std::int32_t number = lm_add_mesh(session.get(), square.hash(), &mesh);
+        REQUIRE(lm_add_object(session.get(), number, origin.data(), &material, 1) == 0);
+        REQUIRE_MESSAGE(lm_commit(session.get()) == 0, lm_error());
+        return 255.0f * picture(session.get(), view)[0];
+    };
+    CHECK(seen({51, 102}, false) == doctest::Approx(102));
+    CHECK(seen({51, 102}, true) == doctest::Approx(102));
+    CHECK(seen({102, 51}, true) == doctest::Approx(51));
+    REQUIRE(lm_begin(session.get()) == 0);  // a frame that is given up
+    CHECK(lm_find_image(session.get(), 102) == 0);
+    CHECK(seen({102}, true) == doctest::Approx(102));
+    CHECK(seen({51}, false) == doctest::Approx(51));
 }
 
 TEST_CASE("blender core: a rough surface reflects as its facets do") {
@@ -502,15 +546,16 @@ struct Ball {
     }
 
     LmMesh mesh() const {
-        return {"ball",
-                positions.data(),
-                corners.data(),
-                slots.data(),
-                normals.data(),
-                nullptr,
-                uvs.data(),
-                static_cast<std::uint32_t>(positions.size() / 3),
-                static_cast<std::uint32_t>(slots.size())};
+        LmMesh made{};
+        made.name = "ball";
+        made.positions = positions.data();
+        made.corners = corners.data();
+        made.slots = slots.data();
+        made.normals = normals.data();
+        made.uvs = uvs.data();
+        made.vertex_count = static_cast<std::uint32_t>(positions.size() / 3);
+        made.triangle_count = static_cast<std::uint32_t>(slots.size());
+        return made;
     }
 };
 
@@ -553,7 +598,7 @@ TEST_CASE("blender core: instances are drawn as copies are, and take the place o
     const std::array<std::uint8_t, 8> checks{255, 200, 120, 255, 120, 200, 255, 0};
     const auto tell_balls = [&](LmSession* session, bool shared, float alpha, bool with_floor = true) {
         REQUIRE(lm_begin(session) == 0);
-        const std::int32_t image = lm_add_image(session, 2, 1, checks.data(), 0);
+        const std::int32_t image = lm_add_image(session, 1, 2, 1, checks.data(), 0);
         LmMaterial material = matt(0.8f);
         const std::int32_t grey = lm_add_material(session, &material);
         material.base_image = image;
@@ -623,6 +668,256 @@ TEST_CASE("blender core: instances are drawn as copies are, and take the place o
     tell_balls(copied.get(), false, 1.0f, false);
     tell_balls(shared.get(), true, 1.0f, false);
     differ(picture(copied.get(), view), picture(shared.get(), view));
+}
+
+/// A floor, a strip of flat squares that bends above it, and a plate with holes.
+struct Bending {
+    float height = 0.0f;  ///< of the strip's middle above its ends
+    LmMaterial floor = matt(0.5f);
+    LmMaterial plate = matt(0.5f);
+    std::array<std::uint8_t, 8> texels{255, 255, 255, 255, 255, 255, 255, 0};
+    std::array<float, 12> plate_uvs{0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
+
+    Bending() {
+        plate.base_image = 0;
+        plate.image_alpha = 1;
+    }
+
+    void tell(LmSession* session) const {
+        REQUIRE(lm_begin(session) == 0);
+        REQUIRE(lm_add_image(session, lm_hash(1, texels.data(), texels.size()), 2, 1, texels.data(), 0) == 0);
+        const std::array<std::int32_t, 2> materials{lm_add_material(session, &floor),
+                                                    lm_add_material(session, &plate)};
+        const auto add = [&](std::uint64_t hash, const LmMesh& mesh, const std::array<double, 12>& place,
+                             const std::int32_t& material) {
+            const std::int32_t number = lm_add_mesh(session, hash, &mesh);
+            REQUIRE_MESSAGE(number >= 0, lm_error());
+            REQUIRE(lm_add_object(session, number, place.data(), &material, 1) == 0);
+        };
+        const Square square(1.0f);
+        LmMesh mesh = square.mesh();
+        add(1, mesh, at(0, 0, 0, 10), materials[0]);
+        mesh.uvs = plate_uvs.data();
+        add(lm_hash(2, plate_uvs.data(), sizeof plate_uvs), mesh, at(-1, 0, 1, 0.4), materials[1]);
+        constexpr std::size_t steps = 4;
+        std::vector<float> positions;
+        std::vector<std::int32_t> corners;
+        std::vector<float> normals;
+        std::vector<std::int32_t> smoothing;
+        std::vector<float> uvs;
+        for (std::size_t step = 0; step <= steps; ++step)
+            for (const float side : {0.0f, 1.0f})
+                positions.insert(positions.end(),
+                                 {side, 0.25f * static_cast<float>(step), step == 2 ? height : 0.0f});
+        for (std::size_t step = 0; step < steps; ++step) {
+            const float rise = positions[6 * step + 8] - positions[6 * step + 2];
+            const auto first = static_cast<std::int32_t>(2 * step);
+            for (const std::int32_t corner : {0, 1, 3, 0, 3, 2}) {
+                corners.push_back(first + corner);
+                normals.insert(normals.end(), {0.0f, -rise, 0.25f});
+                smoothing.push_back(first);
+                uvs.insert(uvs.end(),
+                           {static_cast<float>(corner % 2), static_cast<float>(first + corner) / 8.0f});
+            }
+        }
+        const std::vector<std::int32_t> slots(2 * steps);
+        mesh = {};
+        mesh.positions = positions.data();
+        mesh.corners = corners.data();
+        mesh.slots = slots.data();
+        mesh.normals = normals.data();
+        mesh.smoothing = smoothing.data();
+        mesh.uvs = uvs.data();
+        mesh.vertex_count = static_cast<std::uint32_t>(positions.size() / 3);
+        mesh.triangle_count = static_cast<std::uint32_t>(slots.size());
+        add(lm_hash(3, &height, sizeof height), mesh, at(0.2, -0.5, 1, 0.6), materials[0]);
+        LmLight real = lamp(0, 0, 4, 20.0f, LM_REAL_LAMP);
+        real.size = 0.2f;
+        const LmLight meshed = lamp(1, 1, 4, 5.0f, LM_MESH);
+        REQUIRE(lm_add_light(session, &real) == 0);
+        REQUIRE(lm_add_light(session, &meshed) == 0);
+        REQUIRE_MESSAGE(lm_commit(session) == 0, lm_error());
+    }
+};
+
+TEST_CASE("blender core: a flat mesh that bends has moved, and what only pictures show keeps all shadows") {
+    const Session film(lm_new(0));
+    Bending scene;
+    LmStatistics found{};
+    std::int64_t rays = 0;
+    // Draws it, and compares with a new session.
+    const auto draw = [&](const std::string& what) {
+        CAPTURE(what);
+        scene.tell(film.get());
+        const std::vector<float> ours = picture(film.get(), from_above(24, 24));
+        REQUIRE(lm_statistics(film.get(), &found) == 0);
+        const Session fresh(lm_new(0));
+        scene.tell(fresh.get());
+        CHECK(picture(fresh.get(), from_above(24, 24)) == ours);
+        const std::int64_t before = std::exchange(rays, found.kept_rays);
+        return std::pair{ours, found.kept_rays - before};
+    };
+    const auto [first, first_rays] = draw("first");
+    CHECK(found.is_new_scene == 1);
+    CHECK(first_rays > 1000);
+
+    scene.height = 0.3f;
+    const auto [bent, bent_rays] = draw("bent");
+    CHECK(bent != first);
+    CHECK(found.is_new_scene == 0);
+    CHECK(found.groups_kept == 2);
+    CHECK(found.moved_boxes > 0);
+    CHECK(bent_rays > 0);
+    CHECK(bent_rays < first_rays);
+
+    const auto shows_without_rays = [&](const std::string& what, const std::vector<float>& before) {
+        CAPTURE(what);
+        const auto [drawn, new_rays] = draw(what);
+        CHECK(drawn != before);
+        CHECK(found.is_new_scene == 0);
+        CHECK(found.groups_kept == 2);
+        CHECK(found.moved_boxes == 0);
+        CHECK(new_rays == 0);
+        return drawn;
+    };
+    scene.floor.base[0] = 0.9f;
+    std::vector<float> last = shows_without_rays("a colour beside holes", bent);
+    scene.plate.base[1] = 0.1f;
+    last = shows_without_rays("the colour of what has holes", last);
+    scene.plate.is_matt = 0;
+    scene.plate.specular = 0.5f;
+    scene.plate.roughness = 0.4f;
+    last = shows_without_rays("a highlight", last);
+    scene.plate.emission[2] = 0.5f;
+    last = shows_without_rays("what it shines", last);
+    // At the same time as something moves.
+    scene.height = 0.2f;
+    scene.floor.base[2] = 0.7f;
+    draw("a colour while the strip bends");
+    CHECK(found.is_new_scene == 0);
+    CHECK(found.groups_kept == 2);
+    CHECK(found.moved_boxes > 0);
+
+    const auto is_another = [&](const std::string& what) {
+        CAPTURE(what);
+        draw(what);
+        CHECK(found.is_new_scene == 1);
+        CHECK(found.groups_kept == 0);
+    };
+    scene.plate.alpha = 0.5f;
+    is_another("alpha");
+    scene.texels[3] = 100;
+    is_another("a texel's alpha");
+    scene.plate_uvs[0] = 0.4f;
+    is_another("where the holes are");
+    scene.plate.image_alpha = 0;
+    scene.plate.alpha = 1.0f;
+    is_another("no holes");
+    scene.texels[7] = 20;
+    draw("alpha that nothing asks for");
+    CHECK(found.is_new_scene == 0);
+}
+
+TEST_CASE("blender core: lights that come, go or get other settings cost what is theirs") {
+    for (const LmShadow shadow : {LM_REAL_LAMP, LM_MESH, LM_MESH_ATK, LM_HARD_RAYS}) {
+        CAPTURE(static_cast<int>(shadow));
+        const bool keeps = shadow != LM_HARD_RAYS;
+        const auto plate = at(0, 0, 1, 0.05);
+        std::vector<LmLight> lights;
+        for (int i = 0; i < 6; ++i) {
+            lights.push_back(lamp(0.4f * static_cast<float>(i) - 1.0f, 0.5f, 4, 4.0f, shadow));
+            lights.back().id = static_cast<std::uint64_t>(10 + i);
+            lights.back().size = 0.3f;
+        }
+        const Session film(lm_new(0));
+        LmStatistics found{};
+        std::int64_t rays = 0;
+        // Draws the lights, compares with a new session, and gives the rays that were traced for it.
+        const auto draw = [&](const std::string& what) {
+            CAPTURE(what);
+            tell(film.get(), lights, plate.data());
+            const std::vector<float> ours = picture(film.get(), from_above(24, 24));
+            REQUIRE(lm_statistics(film.get(), &found) == 0);
+            const Session fresh(lm_new(0));
+            tell(fresh.get(), lights, plate.data());
+            CHECK(picture(fresh.get(), from_above(24, 24)) == ours);
+            return found.kept_rays - std::exchange(rays, found.kept_rays);
+        };
+        const std::int64_t all = draw("first");
+        CHECK((all > 0) == keeps);
+        const auto costs = [&](const std::string& what, std::int64_t lights_worth, int groups, int kept) {
+            CAPTURE(what);
+            const std::int64_t cost = draw(what);
+            CHECK(found.is_new_scene == 0);
+            CHECK(found.groups == groups);
+            if (keeps)
+                CHECK(found.groups_kept == kept);
+            CAPTURE(all);
+            CAPTURE(cost);
+            CHECK(cost <= lights_worth * all / 5);
+        };
+        const LmLight first = lights.front();
+        lights.erase(lights.begin());
+        costs("one went", 0, 1, 1);
+        lights.push_back(first);
+        costs("it came back, as the last", 2, 1, 1);
+        std::swap(lights[1], lights[3]);
+        costs("in another order", 0, 1, 1);
+        lights.insert(lights.begin() + 2, lamp(1.5f, -1, 3, 4.0f, shadow));
+        lights[2].id = 99;
+        lights[2].size = 0.3f;
+        if (shadow != LM_MESH)  // copied by groups of eight, of which others may be found again
+            costs("another one came", 2, 1, 1);
+        else
+            draw("another one came");
+        if (shadow == LM_HARD_RAYS)
+            continue;
+        lights[4].spacing = 0.3f;
+        lights[4].radius = 0.4f;
+        costs("other settings of one", 10, 2, 1);  // links of a mesh of its own
+        const std::vector<LmLight> some(lights.begin() + 4, lights.end());
+        lights = some;
+        costs("most went", 0, 2, 2);
+        // All have the same number, as if nothing told them apart.
+        for (LmLight& light : lights)
+            light.id = 0;
+        draw("all alike");
+        lights.erase(lights.begin() + 1);
+        draw("one of them went");
+    }
+}
+
+TEST_CASE("blender core: caches and meshes keep to their memory from frame to frame, and draw the same") {
+    constexpr std::uint64_t budget = 1 << 18;
+    for (const LmShadow shadow : {LM_REAL_LAMP, LM_MESH}) {
+        CAPTURE(static_cast<int>(shadow));
+        const Session tight(lm_new(budget));
+        const Session loose(lm_new(0));
+        std::vector<LmLight> lights;
+        for (int i = 0; i < 8; ++i) {
+            lights.push_back(lamp(0.3f * static_cast<float>(i) - 1.2f, 0, 4, 20.0f, shadow));
+            lights.back().size = 0.5f;
+            lights.back().radius = 0.05f;
+            lights.back().spacing = 0.05f;
+        }
+        const auto plate = at(0, 0, 1, 0.15);
+        tell(tight.get(), lights, plate.data());
+        tell(loose.get(), lights, plate.data());
+        std::int64_t most = 0;
+        for (int frame = 0; frame < 6; ++frame) {
+            LmView view = from_above(128, 128);
+            view.eye[0] = static_cast<float>(frame) - 2.5f;
+            CHECK(picture(tight.get(), view) == picture(loose.get(), view));
+            LmStatistics found{};
+            REQUIRE(lm_statistics(tight.get(), &found) == 0);
+            most = (std::max)(most, found.bytes);
+        }
+        LmStatistics all{};
+        REQUIRE(lm_statistics(loose.get(), &all) == 0);
+        CAPTURE(most);
+        CAPTURE(all.bytes);
+        CHECK(3 * all.bytes > 4 * most);
+    }
 }
 
 TEST_CASE("blender core: a picture that is cancelled ends soon, and another one may follow") {

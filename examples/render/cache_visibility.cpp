@@ -49,13 +49,16 @@ void require_same_sizes(std::span<const std::byte> known, std::span<const lightm
                                  "; give --light-size, or -r, as it was");
 }
 
-/// The lights of a scene as a cache takes them.
-using LightsOf = std::function<std::vector<lightmesh::Light>(const EmbreeScene& scene)>;
+/// The lights of a scene as a cache takes them, by their numbers in it.
+using LightsOf =
+    std::function<std::vector<lightmesh::Light>(const EmbreeScene& scene, const VisibilityOptions& options)>;
 
 template <class Cache>
 class CacheVisibility final : public Visibility {
 public:
-    CacheVisibility(Cache cache, LightsOf lights) : cache_(std::move(cache)), lights_(std::move(lights)) {}
+    /// The options are those for the lights.
+    CacheVisibility(Cache cache, LightsOf lights, VisibilityOptions options)
+        : cache_(std::move(cache)), lights_(std::move(lights)), options_(std::move(options)) {}
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const Stopwatch watch;
@@ -64,7 +67,11 @@ public:
     }
 
     void update(const EmbreeScene& scene, const SceneChange& change) override {
-        follow_scene(cache_, lights_(scene), change);
+        follow_scene(cache_, lights_(scene, options_), change);
+    }
+    bool set_lights(const std::vector<std::size_t>& numbers) override {
+        options_.lights = numbers;
+        return true;
     }
     void begin_frame() override { cache_.begin_frame(); }
 
@@ -75,6 +82,7 @@ public:
 private:
     Cache cache_;
     LightsOf lights_;
+    VisibilityOptions options_;
 };
 
 }  // namespace
@@ -89,8 +97,7 @@ std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const Visibilit
     for_lamps.settings = options.settings;
     for_lamps.light_size = options.light_size;
     for_lamps.lights = options.lights;
-    return std::make_unique<CacheVisibility<SceneCache>>(
-        std::move(cache), [for_lamps](const EmbreeScene& now) { return lamps_of(now, for_lamps); });
+    return std::make_unique<CacheVisibility<SceneCache>>(std::move(cache), lamps_of, std::move(for_lamps));
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
@@ -98,9 +105,14 @@ std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const Visi
                                                           shapes_of_lights(scene.scene(), options.lights),
                                                           options.settings},
                                      cache_settings_of(options)};
+    VisibilityOptions for_lights;
+    for_lights.lights = options.lights;
     return std::make_unique<CacheVisibility<decltype(cache)>>(
         std::move(cache),
-        [lights = options.lights](const EmbreeScene& now) { return shapes_of_lights(now.scene(), lights); });
+        [](const EmbreeScene& now, const VisibilityOptions& which) {
+            return shapes_of_lights(now.scene(), which.lights);
+        },
+        std::move(for_lights));
 }
 
 }  // namespace demo

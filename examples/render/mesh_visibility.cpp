@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -21,21 +22,24 @@ namespace demo {
 
 namespace {
 
+using LightNumbers = std::optional<std::vector<std::size_t>>;
+
 /// How a mesh comes to be, and what it cannot be told.
 template <class Mesh>
 struct MeshSource {
     std::function<Mesh(const EmbreeScene& scene)> make;  ///< of the scene as it is
     /// The lights of the scene as it is that the mesh has.
     std::function<std::vector<lightmesh::Light>(const EmbreeScene& scene)> lights;
+    std::shared_ptr<LightNumbers> numbers;  ///< that `make` and `lights` look at
     /// Brings what finds the mesh's long tests to where the triangles are; false if it cannot.
     std::function<bool()> follow = [] {
         return true;
     };
 };
 
-auto lights_source(const VisibilityOptions& options) {
-    return [numbers = options.lights](const EmbreeScene& now) {
-        return shapes_of_lights(now.scene(), numbers);
+auto lights_source(const std::shared_ptr<LightNumbers>& numbers) {
+    return [numbers](const EmbreeScene& now) {
+        return shapes_of_lights(now.scene(), *numbers);
     };
 }
 
@@ -59,6 +63,10 @@ public:
         else
             follow_scene(mesh_, source_.lights(scene), change);
     }
+    bool set_lights(const std::vector<std::size_t>& numbers) override {
+        *source_.numbers = numbers;
+        return true;
+    }
     void begin_frame() override { mesh_.begin_frame(); }
 
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
@@ -76,7 +84,8 @@ std::unique_ptr<Visibility> mesh_by_maps(Renderer first, const EmbreeScene& scen
                                          const VisibilityOptions& options,
                                          const lightmesh::Settings& settings) {
     using Mesh = lightmesh::LightMesh<EmbreeIntersector, Renderer>;
-    const auto lights = lights_source(options);
+    const auto numbers = std::make_shared<LightNumbers>(options.lights);
+    const auto lights = lights_source(numbers);
     const auto make = [by = options.depth, device = options.device, lights,
                        settings](const EmbreeScene& now) {
         VisibilityOptions again;
@@ -90,14 +99,15 @@ std::unique_ptr<Visibility> mesh_by_maps(Renderer first, const EmbreeScene& scen
     };
     return std::make_unique<MeshVisibility<Mesh>>(
         Mesh{scene.intersector(), std::move(first), lights(scene), settings},
-        MeshSource<Mesh>{make, lights, follow});
+        MeshSource<Mesh>{make, lights, numbers, follow});
 }
 
 std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const VisibilityOptions& options,
                                             const lightmesh::Settings& settings) {
     using Mesh = lightmesh::LightMesh<EmbreeIntersector, SceneOccluders>;
     SceneOccluders occluders(scene.scene());
-    const auto lights = lights_source(options);
+    const auto numbers = std::make_shared<LightNumbers>(options.lights);
+    const auto lights = lights_source(numbers);
     const auto make = [occluders, lights, settings](const EmbreeScene& now) {
         return Mesh{now.intersector(), occluders, lights(now), settings};
     };
@@ -105,7 +115,8 @@ std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const Visi
         occluders.update();
         return true;
     };
-    return std::make_unique<MeshVisibility<Mesh>>(make(scene), MeshSource<Mesh>{make, lights, follow});
+    return std::make_unique<MeshVisibility<Mesh>>(make(scene),
+                                                  MeshSource<Mesh>{make, lights, numbers, follow});
 }
 
 }  // namespace
@@ -128,14 +139,15 @@ std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const Visi
         break;
     }
     using Mesh = lightmesh::LightMesh<EmbreeIntersector>;
-    const auto lights = lights_source(options);
+    const auto numbers = std::make_shared<LightNumbers>(options.lights);
+    const auto lights = lights_source(numbers);
     const auto make = [lights, settings](const EmbreeScene& now) {
         return Mesh{now.intersector(), lights(now), settings};
     };
     Mesh mesh = make(scene);
     if (!options.known.empty())
         mesh.merge(options.known);
-    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh), MeshSource<Mesh>{make, lights});
+    return std::make_unique<MeshVisibility<Mesh>>(std::move(mesh), MeshSource<Mesh>{make, lights, numbers});
 }
 
 }  // namespace demo

@@ -88,7 +88,8 @@ std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene,
         return shapes_of_lights(scene);
     std::vector<lightmesh::Light> shapes;
     for (const std::size_t light : *numbers)
-        shapes.push_back(scene.lights.at(light).shape);
+        shapes.push_back(light == no_light ? lightmesh::Light{lightmesh::PointLight{glm::vec3(0.0f), 0.0f}}
+                                           : scene.lights.at(light).shape);
     return shapes;
 }
 

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -60,6 +61,11 @@ public:
     /// new one would. Not while another thread uses this; `change` must not be to another scene.
     virtual void update(const EmbreeScene& scene, const SceneChange& change) = 0;
 
+    /// Asks for other lights of the scene from the next `update` on, in the way of
+    /// `VisibilityOptions::lights`: at least as many as before. What was found of those that keep their place
+    /// is kept. False where a new object must be made instead, and nothing has changed.
+    virtual bool set_lights(const std::vector<std::size_t>& /*numbers*/) { return false; }
+
     /// Says that a new frame begins, after `update`: what is over the memory budgets of the options and went
     /// unused is forgotten. Nothing that `find` tells depends on it. Not while another thread uses this.
     virtual void begin_frame() {}
@@ -80,6 +86,8 @@ public:
 
 enum class DepthSource { vulkan, embree };
 
+constexpr std::size_t no_light = (std::numeric_limits<std::size_t>::max)();
+
 /// What the command line can ask of an algorithm.
 struct VisibilityOptions {
     lightmesh::Settings settings;  ///< its short test is that of `lmm`
@@ -93,6 +101,7 @@ struct VisibilityOptions {
     std::vector<std::byte> known{};
     bool keep_snapshot = false;  ///< whether `Run::snapshot` is wanted
     /// Numbers of the scene's lights that are asked for, to which rows of visibilities belong; nullopt: all.
+    /// `no_light` in the place of one that is gone: what is found there means nothing.
     std::optional<std::vector<std::size_t>> lights{};
 };
 

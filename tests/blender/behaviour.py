@@ -3,8 +3,10 @@
 
 import os
 import sys
+import tempfile
 import threading
 import time
+import types
 import unittest
 
 import addon_utils
@@ -15,7 +17,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from support import SCENE, add, ball, box, camera, lamp, material, picture, plane, reset, run  # noqa: E402
 
 import light_mesh  # noqa: E402
-from light_mesh import core, engine, export, panels  # noqa: E402
+from light_mesh import core, engine, export, materials, panels, viewport  # noqa: E402
 
 
 def scene(shadow='REAL'):
@@ -80,6 +82,86 @@ class Behaviour(unittest.TestCase):
         picture()
         self.assertEqual(engine._said, said)
 
+    def test_each_thing_that_is_left_out_has_a_name(self):
+        scene()
+        sphere, light = SCENE.objects['Sphere'], SCENE.objects['POINT']
+        portal = lamp('AREA', (0, 0, 3), 10)
+        portal.name, portal.data.cycles.is_portal = 'Window', True
+        textured = material('ShaderNodeBsdfPrincipled', Roughness=.5)
+        node = textured.node_tree.nodes.new('ShaderNodeTexImage')
+        node.image = bpy.data.images.new('Holes', 8, 8, alpha=True)
+        node.image.pixels[3] = .5
+        textured.node_tree.links.new(node.outputs[0], textured.node_tree.nodes['Principled BSDF'].inputs[0])
+        sphere.data.materials[0] = textured
+        tinted = box((1, 1, 1), (3, 0, 0), material('ShaderNodeBsdfPrincipled', Specular_Tint=.5, Transmission_Roughness=.5))
+        child = bpy.data.collections.new('Behind')
+        SCENE.collection.children.link(child)
+        layer = bpy.context.view_layer.layer_collection.children['Behind']
+        view_layer = bpy.context.view_layer
+        world = SCENE.world
+        world.use_nodes = True
+        scatter = world.node_tree.nodes.new('ShaderNodeVolumeScatter')
+        self.addCleanup(world.node_tree.nodes.remove, scatter)
+        self.addCleanup(setattr, view_layer, 'material_override', None)
+
+        def link_volume():
+            world.node_tree.links.new(scatter.outputs[0], world.node_tree.nodes['World Output'].inputs['Volume'])
+
+        for text, ask in (
+                ('light "Window" is left out: it is a portal', None),
+                ('image "Holes": that its alpha darkens its colours', None),
+                (f'material "{tinted.data.materials[0].name}": Specular Tint, Transmission Roughness left out', None),
+                ('object "Sphere": that it is a holdout', lambda: setattr(sphere, 'is_holdout', True)),
+                ('object "Sphere": that it is a shadow catcher', lambda: setattr(sphere, 'is_shadow_catcher', True)),
+                *((f'object "Sphere": that it is hidden from rays of {name.replace("_", " ")} ',
+                   lambda name=name: [setattr(sphere, f'visible_{other}', other != name) for other in export.RAYS])
+                  for name in export.RAYS),
+                ('object "POINT": that it is hidden from rays of glossy', lambda: setattr(light, 'visible_glossy', False)),
+                ('collection "Behind": that it is a holdout', lambda: setattr(layer, 'holdout', True)),
+                ('collection "Behind": that it is indirect only', lambda: setattr(layer, 'indirect_only', True)),
+                ('its material override', lambda: setattr(view_layer, 'material_override', tinted.data.materials[0])),
+                ('its volume', link_volume),
+                ('image "Holes": its premultiplied alpha', lambda: setattr(node.image, 'alpha_mode', 'PREMUL'))):
+            with self.subTest(text):
+                picture()
+                self.assertFalse(any(text in line for line in engine._said) and ask, engine._said)
+                if ask:
+                    ask()
+                picture()
+                lines = [line for line in engine._said if text in line]
+                self.assertEqual(len(lines), 1, engine._said)
+
+    def test_inputs_of_later_versions(self):
+        def socket(value=0., is_linked=False):
+            return types.SimpleNamespace(default_value=value, is_linked=is_linked)
+
+        node = types.SimpleNamespace(inputs={
+            'Coat Normal': socket((0, 0, 0), True), 'Thin Film Thickness': socket(100.), 'Coat Weight': socket(.5),
+            'Specular Tint': socket((1, .5, 1, 1)), 'Diffuse Roughness': socket(), 'Normal': socket((0, 0, 0))})
+        self.assertEqual(set(materials.left_out_of(node)),
+                         {'Coat Normal', 'Thin Film Thickness', 'Coat Weight', 'Specular Tint'})
+        node.inputs['Specular Tint'] = socket((1, 1, 1, 1))
+        self.assertNotIn('Specular Tint', materials.left_out_of(node))
+
+    def test_a_core_of_another_version_is_refused(self):
+        abi, core.ABI = core.ABI, core.ABI + 1
+        try:
+            with self.assertRaisesRegex(ImportError, f'has interface {abi}, and this add-on needs {abi + 1}'):
+                core._load()
+        finally:
+            core.ABI = abi
+
+    def test_statistics_are_replaced(self):
+        """The panel may read those of the last picture while the next ones come."""
+        scene()
+        picture()
+        kept = engine.statistics
+        copied = dict(kept)
+        picture()
+        engine.forget()
+        self.assertEqual(kept, copied)
+        self.assertIn('seconds', kept)
+
     def test_each_shadow(self):
         """By darkness: below the ball for all kinds but none."""
         brightness = {}
@@ -98,11 +180,31 @@ class Behaviour(unittest.TestCase):
         scene('MESH')
         other = lamp('POINT', (-2, 0, 4), 100, shadow='MESH')
         lamp('SUN', (0, 0, 4), 1, shadow='HARD')
-        self.assertEqual(panels.group_count(SCENE), 1)
+        self.assertEqual(panels.group_count(bpy.context.view_layer), 1)
         other.data.light_mesh.radius = .7
-        self.assertEqual(panels.group_count(SCENE), 2)
+        self.assertEqual(panels.group_count(bpy.context.view_layer), 2)
         picture()
         self.assertEqual(engine.statistics['groups'], 3)  # and hard rays
+        # Only what is in the picture counts: also through an instance.
+        view_layer = bpy.context.view_layer
+        other.hide_render = True
+        self.assertEqual(panels.group_count(view_layer), 1)
+        other.hide_render = False
+        apart = bpy.data.collections.new('Apart')
+        SCENE.collection.children.link(apart)
+        SCENE.collection.objects.unlink(other)
+        apart.objects.link(other)
+        self.assertEqual(panels.group_count(view_layer), 2)
+        apart.hide_render = True
+        self.assertEqual(panels.group_count(view_layer), 1)
+        apart.hide_render = False
+        view_layer.layer_collection.children['Apart'].exclude = True
+        self.assertEqual(panels.group_count(view_layer), 1)
+        empty = add('Empty', None)
+        empty.instance_type, empty.instance_collection = 'COLLECTION', apart
+        self.assertEqual(panels.group_count(view_layer), 2)
+        picture()
+        self.assertEqual(engine.statistics['groups'], 3)
 
     def test_a_film_is_its_stills(self):
         scene()
@@ -124,6 +226,187 @@ class Behaviour(unittest.TestCase):
             SCENE.frame_set(frame)
             self.assertTrue((picture() == from_film).all(), frame)
         self.assertFalse((film[0] == film[1]).all())
+
+    def test_bending_and_colours_keep_what_was_found(self):
+        """Beside glass with holes; each frame is a new session's."""
+        scene()
+        lamp('POINT', (-2, 1, 4), 200, shadow='MESH')
+        wood = material('ShaderNodeBsdfPrincipled', Roughness=.5)
+        glass = material('ShaderNodeBsdfPrincipled', Alpha=.5)
+        box((.8, .8, .05), (1.5, -1, .8), glass)
+        bpy.ops.mesh.primitive_grid_add(x_subdivisions=6, y_subdivisions=6, size=1.5, location=(-1.5, -1, .8))
+        grid = bpy.context.object
+        grid.data.materials.append(wood)
+        grid.shape_key_add(name='Basis')
+        bent = grid.shape_key_add(name='Bent')
+        for point in bent.data:
+            point.co.z = .3 * np.sin(3 * point.co.x) * np.sin(2 * point.co.y)
+        look = wood.node_tree.nodes['Principled BSDF'].inputs
+        of_glass = glass.node_tree.nodes['Principled BSDF'].inputs
+
+        def edit(what):
+            """What a session says that draws before and after it, and how many rays each picture took."""
+            picture()
+            rays_before = engine.statistics['kept_rays']
+            what()
+            drawn = picture()
+            found = engine.statistics
+            engine.forget()
+            self.assertTrue((picture() == drawn).all())
+            engine.forget()
+            return found, found['kept_rays'] - rays_before, rays_before
+
+        _, again, before = edit(lambda: None)  # some places are found each time
+        self.assertLess(again, before / 500)
+        found, new, before = edit(lambda: setattr(bent, 'value', .7))
+        self.assertEqual((found['is_new_scene'], found['groups_kept']), (0, 2))
+        self.assertGreater(found['moved_boxes'], 0)
+        self.assertLess(new, before)
+        for socket, value in ((look['Base Color'], (.9, .2, .1, 1)), (look['Roughness'], .3),
+                              (of_glass['Base Color'], (.1, .9, .1, 1)), (of_glass['Roughness'], .4)):
+            with self.subTest(socket.name):
+                found, new, _ = edit(lambda: setattr(socket, 'default_value', value))
+                self.assertEqual((found['is_new_scene'], found['groups_kept'], found['moved_boxes']), (0, 2, 0))
+                self.assertEqual(new, again)
+        found, _, _ = edit(lambda: setattr(of_glass['Alpha'], 'default_value', .8))
+        self.assertEqual(found['is_new_scene'], 1)
+
+    def test_a_lamp_that_comes_or_goes_leaves_the_others(self):
+        scene()
+        lamps = [lamp('POINT', (x, -1, 4), 200, shadow_soft_size=.2) for x in (-2, 0, 2)]
+        drawn = [picture()]
+        rays = engine.statistics['kept_rays']
+        lamps[0].hide_render = True
+        drawn.append(picture())
+        self.assertEqual(engine.statistics['groups_kept'], 1)
+        self.assertLess(engine.statistics['kept_rays'] - rays, rays / 100)
+        lamps[2].data.light_mesh.spacing = .3
+        drawn.append(picture())
+        self.assertEqual((engine.statistics['groups'], engine.statistics['groups_kept']), (2, 1))
+        collection = bpy.data.collections.new('Lamps')
+        collection.objects.link(lamps[1])
+        SCENE.collection.objects.unlink(lamps[1])
+        for x in (-1, 1):
+            empty = add('Empty', None, (x, 0, 0))
+            empty.instance_type, empty.instance_collection = 'COLLECTION', collection
+        drawn.append(picture())
+        self.assertEqual((engine.statistics['groups'], engine.statistics['groups_kept']), (2, 2))
+        engine.forget()
+        self.assertTrue((picture() == drawn[3]).all())
+        for a, b in zip(drawn, drawn[1:]):
+            self.assertFalse((a == b).all())
+
+    def test_images_are_read_when_they_changed(self):
+        plane(4)
+        camera()
+        SCENE.world.color = 1, 1, 1
+        textured = SCENE.objects['Plane'].data.materials[0] = material('ShaderNodeBsdfPrincipled', Roughness=.8)
+        node = textured.node_tree.nodes.new('ShaderNodeTexImage')
+        node.interpolation = 'Closest'
+        textured.node_tree.links.new(node.outputs[0], textured.node_tree.nodes['Principled BSDF'].inputs[0])
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        counts = {'read': 0, 'copied': 0}
+        read, add_image = materials._pixels, core.Session.add_image
+
+        def count(name, function, *arguments):
+            counts[name] += 1
+            return function(*arguments)
+
+        materials._pixels = lambda *arguments: count('read', read, *arguments)
+        core.Session.add_image = lambda *arguments: count('copied', add_image, *arguments)
+        self.addCleanup(setattr, materials, '_pixels', read)
+        self.addCleanup(setattr, core.Session, 'add_image', add_image)
+
+        def drawn(reads, copies):
+            counts.update(read=0, copied=0)
+            result = picture()
+            self.assertEqual(counts, {'read': reads, 'copied': copies})
+            return result
+
+        def is_another(copies, reads, before):
+            result = drawn(reads, copies)
+            self.assertFalse((result == before).all())
+            return result
+
+        generated = node.image = bpy.data.images.new('Generated', 16, 16)
+        generated.generated_color = .5, .5, .5, 1
+        last = drawn(1, 1)
+        self.assertTrue((drawn(0, 0) == last).all())
+        generated.generated_color = .2, .5, .5, 1
+        last = is_another(1, 1, last)
+        generated.pixels[4 * 100] = 1  # painted: looked at each time, and copied once
+        last = is_another(1, 1, last)
+        self.assertTrue((drawn(1, 0) == last).all())
+        generated.pixels[4 * 130] = 1
+        last = is_another(1, 1, last)
+        generated.pack()
+        self.assertTrue((drawn(1, 1) == last).all())
+        self.assertTrue((drawn(0, 0) == last).all())
+        size = generated.packed_file.size
+        generated.pixels[4 * 130] = .9
+        generated.pack()
+        self.assertEqual((generated.is_dirty, generated.packed_file.size), (False, size))  # which do not tell
+        last = is_another(1, 1, last)
+        # A file that is older than this Blender, and one that was written since.
+        path = os.path.join(folder.name, 'picture.png')
+        generated.filepath_raw, generated.file_format = path, 'PNG'
+        generated.save()
+        node.image = bpy.data.images.load(path)
+        first = drawn(1, 1)
+        self.assertTrue((drawn(1, 0) == first).all())
+        generated.pixels[4 * 77] = 1
+        generated.filepath_raw = path
+        generated.save()
+        node.image.reload()
+        is_another(1, 1, first)
+        started, materials._started = materials._started, time.time() + 1000
+        try:
+            drawn(1, 1)
+            drawn(0, 0)
+        finally:
+            materials._started = started
+
+    def test_memory(self):
+        """Pictures, views and bakes have it, and draw the same with little."""
+        scene('MESH')
+        lamp('POINT', (-2, 1, 4), 200, shadow_soft_size=.3)
+        for light in bpy.data.lights:
+            light.light_mesh.radius = light.light_mesh.spacing = .05
+        SCENE.render.resolution_x, SCENE.render.resolution_y = 200, 150
+
+        def film():
+            frames = []
+            for x in (-1, 0, 1):
+                SCENE.camera.location.x = x
+                frames.append(picture())
+            return frames, engine.statistics['bytes']
+
+        loose, bytes_of_loose = film()
+        SCENE.light_mesh.memory = 1
+        tight, bytes_of_tight = film()
+        self.assertEqual(next(iter(engine._sessions.values())).memory_budget, 1 << 20)
+        self.assertLess(bytes_of_tight, bytes_of_loose)
+        for a, b in zip(loose, tight):
+            self.assertTrue((a == b).all())
+        budgets = []
+        made = core.Session.__init__
+        core.Session.__init__ = lambda session, budget=0: budgets.append(budget) or made(session, budget)
+        try:
+            SCENE.objects['Plane'].select_set(True)
+            bpy.context.view_layer.objects.active = SCENE.objects['Plane']
+            self.assertEqual(bpy.ops.object.light_mesh_bake(), {'FINISHED'})
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            view = viewport.Viewport(SCENE.light_mesh.memory_budget)
+            view.update(depsgraph, print)
+            if view._commit is not None:
+                view._commit.join()
+            SCENE.light_mesh.memory = 2
+            view.update(bpy.context.evaluated_depsgraph_get(), print)
+            view.close()
+        finally:
+            core.Session.__init__ = made
+        self.assertEqual(budgets, [1 << 20, 1 << 20, 2 << 20])
 
     def test_instances_are_kept_once(self):
         """Linked duplicates, instances of a collection and of geometry nodes, drawn as copies are."""

@@ -4,6 +4,7 @@
 #include "render/visibility.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -16,14 +17,17 @@ struct LightGroup {
     std::string settings;  ///< all that tells this group's algorithm from others
     std::string algorithm;
     VisibilityOptions options;  ///< with the numbers of its lights
+    /// Of these, in the same order: what tells a light from others, in all frames. Those that are alike are
+    /// told apart by their order.
+    std::vector<std::uint64_t> light_ids;
 };
 
 /// Several algorithms beside each other, each for some of a scene's lights. Lights that are in no group throw
 /// no shadows.
 class GroupedVisibility final : public Visibility {
 public:
-    /// `light_count` is that of the scene. Groups that `before` has with the same settings and lights are
-    /// taken from it, and told of the change. Throws what the algorithms throw.
+    /// `light_count` is that of the scene. Groups that `before` has with the same settings are taken from it,
+    /// and told of the change, and of lights that came or went. Throws what the algorithms throw.
     GroupedVisibility(const EmbreeScene& scene, std::size_t light_count, std::vector<LightGroup> groups,
                       GroupedVisibility* before, const SceneChange& change);
 
@@ -39,6 +43,8 @@ public:
     /// smooths once more. Not while another thread uses this.
     void set_samples(int samples);
 
+    /// That the caches and meshes have traced for what they keep.
+    std::uint64_t kept_rays() const;
     std::size_t group_count() const { return groups_.size(); }
     std::size_t groups_kept() const { return kept_; }
 

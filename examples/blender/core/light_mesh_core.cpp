@@ -118,9 +118,14 @@ int lm_begin(LmSession* session) {
     });
 }
 
-int lm_add_image(LmSession* session, int32_t width, int32_t height, const uint8_t* rgba, int32_t flags) {
+int lm_find_image(LmSession* session, uint64_t key) {
+    return or_error([&] { return checked(session).find_image(key); });
+}
+
+int lm_add_image(LmSession* session, uint64_t key, int32_t width, int32_t height, const uint8_t* rgba,
+                 int32_t flags) {
     return or_error(
-        [&] { return checked(session).add_image(width, height, &checked(rgba, "the image"), flags); });
+        [&] { return checked(session).add_image(key, width, height, &checked(rgba, "the image"), flags); });
 }
 
 int lm_add_material(LmSession* session, const LmMaterial* material) {

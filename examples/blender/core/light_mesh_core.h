@@ -30,7 +30,7 @@ extern "C" {
 #endif
 
 /** Of this file: programs that were made for another one must not go on. */
-#define LM_ABI 2
+#define LM_ABI 3
 
 typedef struct LmSession LmSession;
 
@@ -58,6 +58,8 @@ typedef struct LmMesh {
     const int32_t* corners;      /**< numbers of vertices, 3 a triangle */
     const int32_t* slots;        /**< of the object's materials, 1 a triangle */
     const float* normals;        /**< 9 a triangle, of any length; NULL: those of the vertices */
+    const int32_t* smoothing;    /**< with `normals`, 3 a triangle: corners of a vertex with the same number
+                                      have the same normal, however the mesh bends; NULL: no two have */
     const float* vertex_normals; /**< 3 a vertex, of any length; NULL: flat, where there are no `normals` */
     const float* uvs;            /**< 6 a triangle; NULL: none */
     uint32_t vertex_count;
@@ -76,6 +78,7 @@ enum LmShadow {
 
 typedef struct LmLight {
     const char* name; /**< for messages */
+    uint64_t id;      /**< the same in all frames: what was found of the light is kept, whatever others do */
     int32_t kind;
     int32_t shadow;
     float position[3];
@@ -125,12 +128,14 @@ typedef struct LmStatistics {
     int64_t bytes;             /**< of caches and meshes */
     int64_t light_points;      /**< of meshes */
     int64_t records;           /**< of caches */
+    int64_t kept_rays;         /**< that the caches and meshes there are have traced for what they keep */
     int64_t triangles;         /**< that are drawn, those of instances each time */
     int64_t stored_triangles;  /**< of these, how many are in memory */
     int32_t groups;            /**< caches and meshes: one for each distinct setting */
-    int32_t groups_kept;       /**< of these, how many the last commit found the same but for what moved */
-    int32_t is_new_scene;      /**< whether the last commit found other triangles than before */
-    int32_t moved_boxes;       /**< where the last commit found triangles moved */
+    int32_t groups_kept;  /**< of these, how many the last commit kept, but for what moved, came or went */
+    int32_t is_new_scene; /**< whether the last commit kept nothing: it found other triangles, by their
+                               number and the vertices they share, or others that light passes */
+    int32_t moved_boxes;  /**< where the last commit found triangles moved */
 } LmStatistics;
 
 LM_API int lm_abi(void);
@@ -139,15 +144,19 @@ LM_API const char* lm_error(void);
 /** Of a block of bytes, for lm_find_mesh: the same everywhere. */
 LM_API uint64_t lm_hash(uint64_t seed, const void* bytes, size_t size);
 
-/** NULL if there is no memory. `memory_budget`: bytes for each cache and mesh, 0: no limit. */
+/** NULL if there is no memory. `memory_budget`: bytes for each cache and mesh, 0: no limit. What is over it
+ * and went unused is forgotten when the next picture, or the next points to bake, begin; no value depends on
+ * it. */
 LM_API LmSession* lm_new(uint64_t memory_budget);
 /** Ends a picture that is being rendered. NULL is allowed. */
 LM_API void lm_free(LmSession* session);
 
 /** Begins to tell a frame; ends a picture that is being rendered. */
 LM_API int lm_begin(LmSession* session);
-/** RGBA of 8 bits, rows from the bottom up. Gives its number. */
-LM_API int lm_add_image(LmSession* session, int32_t width, int32_t height, const uint8_t* rgba,
+/** The image of this frame, or of the last commit, that was added with this key; -1 if there is none. */
+LM_API int lm_find_image(LmSession* session, uint64_t key);
+/** Copies an image: RGBA of 8 bits, rows from the bottom up. Gives its number. */
+LM_API int lm_add_image(LmSession* session, uint64_t key, int32_t width, int32_t height, const uint8_t* rgba,
                         int32_t flags);
 LM_API int lm_add_material(LmSession* session, const LmMaterial* material);
 /** A mesh of an earlier frame that was added with this hash; -1 if there is none. */

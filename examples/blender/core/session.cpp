@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "blender/core/session.hpp"
 
+#include "blender/core/shadow_looks.hpp"
 #include "render/illumination.hpp"
 #include "scene/scene_change.hpp"
-#include "scene/surface.hpp"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -29,13 +29,9 @@ float mirror_of(const LmMaterial& told, const glm::vec3& head_on) {
     return told.is_matt != 0 ? 0.0f : sharp * glm::dot(head_on, glm::vec3(0.2126f, 0.7152f, 0.0722f));
 }
 
-bool lets_light_through(const Scene& scene) {
-    return std::ranges::any_of(scene.materials, may_let_light_through);
-}
-
-bool same_textures(const Scene& a, const Scene& b) {
-    return std::ranges::equal(a.textures, b.textures,
-                              [](const Texture& x, const Texture& y) { return x.rgba == y.rgba; });
+/// Without its textures.
+ShadowLooks shadow_looks_of(const Scene& scene) {
+    return {scene.triangles, scene.materials, {}, scene.texture_coordinates[0]};
 }
 
 /// Gives a scene the looks of another one with triangles of the same number.
@@ -99,7 +95,20 @@ void Session::begin() {
     told_ = {};
 }
 
-std::int32_t Session::add_image(int width, int height, const std::uint8_t* rgba, std::int32_t flags) {
+std::int32_t Session::find_image(std::uint64_t key) {
+    for (std::size_t i = 0; i < told_.images.size(); ++i)
+        if (told_.images[i].image.key == key)
+            return static_cast<std::int32_t>(i);
+    for (std::size_t i = 0; i < images_.size(); ++i)
+        if (images_[i].key == key) {
+            told_.images.push_back({images_[i], std::nullopt, i});
+            return static_cast<std::int32_t>(told_.images.size()) - 1;
+        }
+    return -1;
+}
+
+std::int32_t Session::add_image(std::uint64_t key, int width, int height, const std::uint8_t* rgba,
+                                std::int32_t flags) {
     if (width < 1 || height < 1)
         throw std::invalid_argument("an image of " + std::to_string(width) + " x " + std::to_string(height) +
                                     " pixels");
@@ -111,13 +120,24 @@ std::int32_t Session::add_image(int width, int height, const std::uint8_t* rgba,
     texture.blends_encoded = true;
     for (std::size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] < 255;
-    told_.textures.push_back(std::move(texture));
-    told_.clamps.push_back((flags & LM_IMAGE_CLAMP) != 0);
-    return static_cast<std::int32_t>(told_.textures.size()) - 1;
+    told_.images.push_back({{key, (flags & LM_IMAGE_CLAMP) != 0}, std::move(texture)});
+    return static_cast<std::int32_t>(told_.images.size()) - 1;
+}
+
+const Texture& Session::texture_of(const ToldImage& image) const {
+    return image.texture ? *image.texture : scene_.textures[image.number];
+}
+
+std::vector<Texture> Session::take_textures(Told& told) {
+    std::vector<Texture> textures;
+    images_.clear();  // also if this does not end
+    for (ToldImage& image : told.images)
+        textures.push_back(std::move(image.texture ? *image.texture : scene_.textures[image.number]));
+    return textures;
 }
 
 std::int32_t Session::add_material(const LmMaterial& told) {
-    const auto images = static_cast<std::int32_t>(told_.textures.size());
+    const auto images = static_cast<std::int32_t>(told_.images.size());
     if (told.base_image < -1 || told.base_image >= images)
         throw std::out_of_range("a material has image " + std::to_string(told.base_image) + " of " +
                                 std::to_string(images));
@@ -138,10 +158,10 @@ std::int32_t Session::add_material(const LmMaterial& told) {
     made.opacity = told.alpha;
     bool has_alpha = told.alpha < 1.0f;
     if (told.base_image >= 0) {
-        const auto image = static_cast<std::size_t>(told.base_image);
+        const ToldImage& told_image = told_.images[static_cast<std::size_t>(told.base_image)];
         made.base_map.texture = told.base_image;
-        made.base_map.wrap_u = made.base_map.wrap_v = told_.clamps[image] ? Wrap::clamp : Wrap::repeat;
-        has_alpha = has_alpha || (told.image_alpha != 0 && told_.textures[image].has_alpha);
+        made.base_map.wrap_u = made.base_map.wrap_v = told_image.image.clamps ? Wrap::clamp : Wrap::repeat;
+        has_alpha = has_alpha || (told.image_alpha != 0 && texture_of(told_image).has_alpha);
     }
     made.alpha_mode = has_alpha ? AlphaMode::blend : AlphaMode::opaque;
     told_.materials.push_back(std::move(made));
@@ -184,10 +204,11 @@ void Session::add_light(const LmLight& light) {
     SceneLight made = told_light(light);
     if (light.shadow != LM_NO_SHADOW) {
         LightGroup group = told_group(light, memory_budget_);
-        auto& lights = told_.groups.try_emplace(group.settings, group).first->second.options.lights;
-        if (!lights)
-            lights.emplace();
-        lights->push_back(told_.lights.size());
+        LightGroup& told = told_.groups.try_emplace(group.settings, group).first->second;
+        if (!told.options.lights)
+            told.options.lights.emplace();
+        told.options.lights->push_back(told_.lights.size());
+        told.light_ids.push_back(light.id);
     }
     told_.lights.push_back(std::move(made));
 }
@@ -267,7 +288,6 @@ Session::Placing Session::sort_objects(std::span<const PlacedMesh> objects) cons
 Scene Session::assemble(const Told& told, bool with_triangles) const {
     Scene scene;
     scene.materials = told.materials;
-    scene.textures = told.textures;
     scene.lights = told.lights;
     if (!with_triangles)
         return scene;
@@ -287,22 +307,35 @@ Scene Session::assemble(const Told& told, bool with_triangles) const {
     scene.normals.reserve(vertices);
     scene.triangles.reserve(triangles);
     for (const PlacedMesh* object : placing.copies)
-        place(scene, *object, !told.textures.empty());
+        place(scene, *object, !told.images.empty());
     if (scene.triangles.empty()) {
         // The tracer wants a triangle: one without a size, which no ray meets.
         scene.positions.assign(3, glm::vec3(0.0f));
         scene.normals.assign(3, glm::vec3(0.0f));
         scene.texture_coordinates = {};
         scene.triangles = {Triangle{{0, 1, 2}, 0}};
-        if (scene.materials.empty())
-            scene.materials.emplace_back();
     }
     for (const std::vector<const PlacedMesh*>& part : placing.parts)
-        add_part(scene, part, !told.textures.empty());
+        add_part(scene, part, !told.images.empty());
     return scene;
 }
 
 SceneChange Session::replace_scene(Scene next, bool same_places) {
+    if (next.materials.empty())
+        next.materials.emplace_back();
+    ShadowLooks looks_before = shadow_looks_of(scene_);
+    for (const Texture& texture : scene_.textures)
+        looks_before.textures.push_back(&texture);
+    ShadowLooks looks = shadow_looks_of(next);
+    for (const ToldImage& image : told_.images)
+        looks.textures.push_back(&texture_of(image));
+    if (same_places) {
+        looks.triangles = scene_.triangles;
+        looks.coordinates = scene_.texture_coordinates[0];
+    }
+    SceneChange change;
+    change.is_another_scene = !let_same_light_through(looks_before, looks);
+    next.textures = take_textures(told_);
     if (same_places) {
         next.positions = std::move(scene_.positions);
         next.normals = std::move(scene_.normals);
@@ -310,30 +343,14 @@ SceneChange Session::replace_scene(Scene next, bool same_places) {
         next.parts = std::move(scene_.parts);
         next.instances = std::move(scene_.instances);
         next.texture_coordinates = std::move(scene_.texture_coordinates);
-        if (next.materials.empty())
-            next.materials.emplace_back();
-    }
-    const bool looks_matter = lets_light_through(scene_) || lets_light_through(next);
-    SceneChange change;
-    if (same_places && !looks_matter) {
-        scene_ = std::move(next);
-        return change;
-    }
-    if (same_places) {
-        // Only materials may differ, which a scene without triangles tells as well.
-        Scene only_materials;
-        only_materials.materials = next.materials;
-        Scene before;
-        before.materials = scene_.materials;
-        change = difference(before, only_materials);
-    } else {
+    } else if (!change.is_another_scene) {
         scene_.lights = next.lights;  // the groups look at these
-        if (!looks_matter && scene_.triangles.size() == next.triangles.size())
-            adopt_looks(scene_, next);
+        adopt_looks(scene_, next);
         change = difference(scene_, next);
     }
-    change.is_another_scene = change.is_another_scene || (looks_matter && !same_textures(scene_, next));
     scene_ = std::move(next);
+    for (const ToldImage& image : told_.images)
+        images_.push_back(image.image);
     return change;
 }
 
@@ -341,7 +358,7 @@ void Session::commit() {
     stop();
     const bool had_uvs = !scene_.texture_coordinates[0].empty();
     const bool same_places =
-        embree_ && told_.objects == objects_ && (told_.textures.empty() || had_uvs || objects_.empty());
+        embree_ && told_.objects == objects_ && (told_.images.empty() || had_uvs || objects_.empty());
     try {
         SceneChange change = replace_scene(assemble(told_, !same_places), same_places);
         if (!embree_ || change.is_another_scene) {
@@ -401,6 +418,7 @@ void Session::render(const LmView& view) {
     state_ = LM_RUNNING;
     failure_ = nullptr;
     visibility_->set_samples(view.samples);
+    visibility_->begin_frame();
     worker_ = std::thread([this, options] { run(options); });
 }
 
@@ -458,6 +476,7 @@ void Session::bake(const LmPoints& points, std::span<float> visible, std::span<f
         throw std::logic_error("there is no scene to bake: lm_commit was not called, or failed");
     const std::size_t lights = scene_.lights.size();
     const std::size_t all = points.count;
+    visibility_->begin_frame();
     constexpr std::size_t chunk = 256;
     const auto bake_chunk = [&](std::size_t number) {
         const std::size_t first = number * chunk;
@@ -496,6 +515,7 @@ LmStatistics Session::statistics() const {
         all.is_new_scene = last_change_.is_another_scene ? 1 : 0;
         all.moved_boxes = static_cast<std::int32_t>(last_change_.boxes.size());
         all.groups = static_cast<std::int32_t>(visibility_->group_count());
+        all.kept_rays = static_cast<std::int64_t>(visibility_->kept_rays());
         all.groups_kept = static_cast<std::int32_t>(visibility_->groups_kept());
         if (const auto mesh = visibility_->mesh()) {
             all.light_points = static_cast<std::int64_t>(mesh->light_points);

@@ -21,6 +21,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -28,7 +29,7 @@
 
 namespace demo {
 
-/// A mesh as it is told: a vertex for each place, normal and texture coordinate that differ.
+/// A mesh as it is told: a vertex for each place, smoothing and texture coordinate that differ.
 struct ToldMesh {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
@@ -56,7 +57,10 @@ public:
     Session& operator=(const Session&) = delete;
 
     void begin();
-    std::int32_t add_image(int width, int height, const std::uint8_t* rgba, std::int32_t flags);
+    /// -1 if there is none.
+    std::int32_t find_image(std::uint64_t key);
+    std::int32_t add_image(std::uint64_t key, int width, int height, const std::uint8_t* rgba,
+                           std::int32_t flags);
     std::int32_t add_material(const LmMaterial& material);
     /// -1 if there is none.
     std::int32_t find_mesh(std::uint64_t hash);
@@ -76,10 +80,19 @@ public:
     LmStatistics statistics() const;
 
 private:
+    struct Image {
+        std::uint64_t key;
+        bool clamps;  ///< whether it does not repeat
+    };
+    struct ToldImage {
+        Image image;
+        std::optional<Texture> texture;  ///< nullopt: the scene has it
+        std::size_t number = 0;          ///< there, of its textures
+    };
+
     /// The parts of a frame between `begin` and `commit`.
     struct Told {
-        std::vector<Texture> textures;
-        std::vector<bool> clamps;  ///< of the textures
+        std::vector<ToldImage> images;
         std::vector<Material> materials;
         std::vector<std::uint64_t> meshes;
         std::vector<PlacedMesh> objects;
@@ -88,6 +101,9 @@ private:
     };
 
     void stop();
+    const Texture& texture_of(const ToldImage& image) const;
+    /// Those of the scene are taken from it.
+    std::vector<Texture> take_textures(Told& told);
     Scene assemble(const Told& told, bool with_triangles) const;
     /// Objects that have triangles of their own, and those that share them.
     struct Placing {
@@ -107,7 +123,8 @@ private:
     std::map<std::uint64_t, std::shared_ptr<const ToldMesh>> meshes_;
     Told told_;
 
-    Scene scene_;  // that the next two are of
+    Scene scene_;                // that the next four are of
+    std::vector<Image> images_;  // the textures
     std::vector<PlacedMesh> objects_;
     std::unique_ptr<EmbreeScene> embree_;
     std::unique_ptr<GroupedVisibility> visibility_;

@@ -33,7 +33,8 @@ glm::vec3 normal_of(const float* normals, std::size_t number) {
     return is_finite(normal) ? normal : glm::vec3(0.0f);
 }
 
-/// Makes one vertex of corners that are the same, in the order in which they come.
+/// Makes one vertex of corners that are the same, in the order in which they come. Normals are the same by
+/// what is told of them and not by their values, so that a mesh that bends keeps its vertices.
 class Welder {
 public:
     Welder(const LmMesh& mesh, ToldMesh& made) : mesh_(mesh), made_(made), first_(mesh.vertex_count, none) {
@@ -43,15 +44,16 @@ public:
 
     std::uint32_t vertex_at(std::size_t corner) {
         const auto place = static_cast<std::uint32_t>(mesh_.corners[corner]);
-        const glm::vec3 normal = normal_at(corner);
+        const auto smoothing = smoothing_at(corner);
         const glm::vec2 uv = uv_at(corner);
         for (std::uint32_t v = first_[place]; v != none; v = next_[v])
-            if (made_.normals[v] == normal && (mesh_.uvs == nullptr || made_.uvs[v] == uv))
+            if (smoothing_[v] == smoothing && (mesh_.uvs == nullptr || made_.uvs[v] == uv))
                 return v;
         const auto made = static_cast<std::uint32_t>(made_.positions.size());
         const float* p = mesh_.positions + 3 * std::size_t{place};
         made_.positions.emplace_back(p[0], p[1], p[2]);
-        made_.normals.push_back(normal);
+        made_.normals.push_back(normal_at(corner));
+        smoothing_.push_back(smoothing);
         if (mesh_.uvs != nullptr)
             made_.uvs.push_back(uv);
         next_.push_back(first_[place]);
@@ -65,6 +67,11 @@ private:
                    ? normal_of(mesh_.normals, corner)
                    : normal_of(mesh_.vertex_normals, static_cast<std::size_t>(mesh_.corners[corner]));
     }
+    std::int64_t smoothing_at(std::size_t corner) const {
+        if (mesh_.normals == nullptr)
+            return 0;
+        return mesh_.smoothing != nullptr ? mesh_.smoothing[corner] : static_cast<std::int64_t>(corner);
+    }
     glm::vec2 uv_at(std::size_t corner) const {
         if (mesh_.uvs == nullptr)
             return glm::vec2(0.0f);
@@ -76,6 +83,7 @@ private:
     ToldMesh& made_;
     std::vector<std::uint32_t> first_;  ///< made of each vertex that was told
     std::vector<std::uint32_t> next_;   ///< made of the same one
+    std::vector<std::int64_t> smoothing_;
 };
 
 void require_finite(const LmLight& light, const char* what, const glm::vec3& value) {

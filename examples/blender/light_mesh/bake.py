@@ -8,6 +8,7 @@ import numpy as np
 
 from . import core
 from .export import active_uv_layer, export, mesh_arrays
+from .materials import LINEAR
 
 # How long the core works until the interface is asked again, seconds.
 PATIENCE = .1
@@ -62,7 +63,7 @@ class _Triangles:
             if layer is None:
                 raise core.CoreError(f'object "{thing.name}" has no UV map to bake an image through')
             self.uv_name = layer.name
-            positions, vertices, _, normals, vertex_normals, uvs = mesh_arrays(mesh, 1, layer)
+            positions, vertices, _, normals, _, vertex_normals, uvs = mesh_arrays(mesh, 1, layer)
             if normals is None:
                 normals = vertex_normals[vertices]
         finally:
@@ -187,7 +188,7 @@ class _Texels:
             self._say(f'image "{image.name}": {clipped:,} texels are brighter than 1, which 8 bits cannot hold; bake to a '
                       'float image')
         space = image.colorspace_settings
-        if getattr(space, 'is_data', False) or space.name in ('Non-Color', 'Raw', 'Linear', 'Linear Rec.709'):
+        if getattr(space, 'is_data', False) or space.name in LINEAR:
             return np.clip(values, 0, 1)
         if space.name != 'sRGB':
             self._say(f'image "{image.name}": its colour space {space.name} is taken for sRGB')
@@ -211,7 +212,7 @@ class _Bake:
 
     def __init__(self, context, say):
         self._settings = settings = context.scene.light_mesh.bake
-        self._session = core.Session()
+        self._session = core.Session(context.scene.light_mesh.memory_budget)
         try:
             things = self._things(context, say)
             depsgraph = context.evaluated_depsgraph_get()

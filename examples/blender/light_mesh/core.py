@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 
-ABI = 2
+ABI = 3
 REAL_LAMP, MESH, MESH_ATK, HARD_RAYS, NO_SHADOW = range(5)
 POINT, SUN, SPOT, AREA = range(4)
 IMAGE_LINEAR, IMAGE_CLAMP = 1, 2
@@ -27,12 +27,12 @@ class Material(c.Structure):
 
 class Mesh(c.Structure):
     _fields_ = [('name', c.c_char_p), ('positions', c.c_void_p), ('corners', c.c_void_p), ('slots', c.c_void_p),
-                ('normals', c.c_void_p), ('vertex_normals', c.c_void_p), ('uvs', c.c_void_p),
+                ('normals', c.c_void_p), ('smoothing', c.c_void_p), ('vertex_normals', c.c_void_p), ('uvs', c.c_void_p),
                 ('vertex_count', c.c_uint32), ('triangle_count', c.c_uint32)]
 
 
 class Light(c.Structure):
-    _fields_ = [('name', c.c_char_p), ('kind', c.c_int32), ('shadow', c.c_int32), ('position', Float3),
+    _fields_ = [('name', c.c_char_p), ('id', c.c_uint64), ('kind', c.c_int32), ('shadow', c.c_int32), ('position', Float3),
                 ('axis', Float3), ('half_u', Float3), ('half_v', Float3), ('strength', Float3), ('cone', c.c_float),
                 ('blend', c.c_float), ('size', c.c_float), ('spacing', c.c_float), ('detail', c.c_int32),
                 ('radius', c.c_float), ('quality', c.c_float), ('express', c.c_int32), ('map_size', c.c_int32)]
@@ -54,8 +54,8 @@ class Points(c.Structure):
 class Statistics(c.Structure):
     _fields_ = [('seconds_building', c.c_double), ('seconds_rendering', c.c_double),
                 ('seconds_visibility', c.c_double), ('points', c.c_int64), ('shadow_rays', c.c_int64),
-                ('bytes', c.c_int64), ('light_points', c.c_int64), ('records', c.c_int64), ('triangles', c.c_int64),
-                ('stored_triangles', c.c_int64), ('groups', c.c_int32), ('groups_kept', c.c_int32),
+                ('bytes', c.c_int64), ('light_points', c.c_int64), ('records', c.c_int64), ('kept_rays', c.c_int64),
+                ('triangles', c.c_int64), ('stored_triangles', c.c_int64), ('groups', c.c_int32), ('groups_kept', c.c_int32),
                 ('is_new_scene', c.c_int32), ('moved_boxes', c.c_int32)]
 
 
@@ -71,7 +71,8 @@ def _load():
         'lm_new': (session, [c.c_uint64]),
         'lm_free': (None, [session]),
         'lm_begin': (c.c_int, [session]),
-        'lm_add_image': (c.c_int, [session, number, number, block, number]),
+        'lm_find_image': (c.c_int, [session, c.c_uint64]),
+        'lm_add_image': (c.c_int, [session, c.c_uint64, number, number, block, number]),
         'lm_add_material': (c.c_int, [session, block]),
         'lm_find_mesh': (c.c_int, [session, c.c_uint64]),
         'lm_add_mesh': (c.c_int, [session, c.c_uint64, block]),
@@ -141,9 +142,11 @@ def fill_margin(width, height, values, filled, margin):
 
 
 class Session:
-    """A scene, and what was found of its shadows. `close` frees it."""
+    """A scene, and what was found of its shadows, of so many bytes for each cache and mesh; 0: no limit. `close` frees
+    it."""
 
     def __init__(self, memory_budget=0):
+        self.memory_budget = memory_budget
         self._session = _library.lm_new(memory_budget)
         if not self._session:
             raise CoreError('there is not enough memory for a session')
@@ -155,10 +158,15 @@ class Session:
     def begin(self):
         _checked(_library.lm_begin(self._session))
 
-    def add_image(self, pixels, flags):
+    def find_image(self, key):
+        """The number of an image of this frame or the last one; None if there is none with this key."""
+        known = _library.lm_find_image(self._session, key)
+        return known if known >= 0 else None
+
+    def add_image(self, key, pixels, flags):
         """`pixels` of shape (height, width, 4), rows from the bottom up."""
         height, width = pixels.shape[:2]
-        return _checked(_library.lm_add_image(self._session, width, height, _address(pixels, np.uint8, 4), flags))
+        return _checked(_library.lm_add_image(self._session, key, width, height, _address(pixels, np.uint8, 4), flags))
 
     def add_material(self, material):
         return _checked(_library.lm_add_material(self._session, c.byref(material)))
@@ -168,14 +176,14 @@ class Session:
         known = _library.lm_find_mesh(self._session, key)
         return known if known >= 0 else None
 
-    def add_mesh(self, key, name, positions, corners, slots, normals, vertex_normals, uvs):
+    def add_mesh(self, key, name, positions, corners, slots, normals, smoothing, vertex_normals, uvs):
         """`key`: the hash of the arrays. One that is known is not told again."""
         known = self.find_mesh(key)
         if known is not None:
             return known
         mesh = Mesh(name.encode(), _address(positions, np.float32, 3), _address(corners, np.int32, 3),
-                    _address(slots, np.int32), _address(normals, np.float32, 9), _address(vertex_normals, np.float32, 3),
-                    _address(uvs, np.float32, 6), len(positions), len(corners))
+                    _address(slots, np.int32), _address(normals, np.float32, 9), _address(smoothing, np.int32, 3),
+                    _address(vertex_normals, np.float32, 3), _address(uvs, np.float32, 6), len(positions), len(corners))
         return _checked(_library.lm_add_mesh(self._session, key, c.byref(mesh)))
 
     def add_object(self, mesh, matrix, materials):

@@ -15,27 +15,29 @@ ENGINE = 'LIGHT_MESH'
 # By scene and view layer: films keep what was found. Blender makes an engine for each frame.
 _sessions = {}
 _said = set()
-# Of the last picture, for the panel.
+# Of the last picture, for the panel: never changed, but replaced, since pictures have threads of their own.
 statistics = {}
 
 
-def _session_of(depsgraph, memory):
-    key = depsgraph.scene.name_full, depsgraph.view_layer.name, memory
+def _session_of(depsgraph):
+    key = depsgraph.scene.name_full, depsgraph.view_layer.name
+    budget = depsgraph.scene.light_mesh.memory_budget
+    if key in _sessions and _sessions[key].memory_budget != budget:
+        _sessions.pop(key).close()
     if key not in _sessions:
-        for other in [other for other in _sessions if other[:2] == key[:2]]:
-            _sessions.pop(other).close()
-        _sessions[key] = core.Session(memory << 20)
+        _sessions[key] = core.Session(budget)
     return _sessions[key]
 
 
 @bpy.app.handlers.persistent
 def forget(*_):
     """All sessions, and what was said."""
+    global statistics
     for session in _sessions.values():
         session.close()
     _sessions.clear()
     _said.clear()
-    statistics.clear()
+    statistics = {}
 
 
 def _put(render_pass, pixels):
@@ -64,8 +66,7 @@ class LightMeshEngine(bpy.types.RenderEngine):
     def render(self, depsgraph):
         session = None
         try:
-            settings = depsgraph.scene.light_mesh
-            session = core.Session() if self.is_preview else _session_of(depsgraph, settings.memory)
+            session = core.Session() if self.is_preview else _session_of(depsgraph)
             self._draw(session, depsgraph)
         except Cancelled:
             pass
@@ -78,12 +79,12 @@ class LightMeshEngine(bpy.types.RenderEngine):
 
     def view_update(self, context, depsgraph):
         if getattr(self, 'viewport', None) is None:
-            self.viewport = viewport.Viewport()
+            self.viewport = viewport.Viewport(depsgraph.scene.light_mesh.memory_budget)
         self.viewport.update(depsgraph, self._say)
 
     def view_draw(self, context, depsgraph):
         if getattr(self, 'viewport', None) is not None:
-            self.viewport.draw(self, context, depsgraph)
+            self.viewport.draw(self, context, depsgraph, self._say)
 
     def _view(self, depsgraph):
         """The picture without its colours."""
@@ -155,10 +156,10 @@ class LightMeshEngine(bpy.types.RenderEngine):
             self.update_stats('', f'{progress:.0%}')
 
     def _keep_statistics(self, session, export_seconds, seconds):
+        global statistics
         found = session.statistics()
-        statistics.clear()
-        statistics.update({name: getattr(found, name) for name, _ in core.Statistics._fields_},
-                          seconds_exporting=export_seconds, seconds=seconds)
+        statistics = {name: getattr(found, name) for name, _ in core.Statistics._fields_} | {
+            'seconds_exporting': export_seconds, 'seconds': seconds}
 
 
 def register():

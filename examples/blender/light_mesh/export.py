@@ -13,6 +13,10 @@ from .materials import Materials
 SURFACES = {'MESH', 'CURVE', 'SURFACE', 'FONT', 'META'}
 # That have nothing to draw.
 WITHOUT_SURFACE = {'CAMERA', 'EMPTY', 'ARMATURE', 'LATTICE', 'SPEAKER', 'LIGHT_PROBE', 'LIGHT'}
+# Whose visibility objects have.
+RAYS = 'camera', 'diffuse', 'glossy', 'transmission', 'volume_scatter', 'shadow'
+# The others never see lights here.
+RAYS_OF_LIGHTS = RAYS[1:-1]
 
 
 class Cancelled(Exception):
@@ -55,22 +59,25 @@ def _corners(mesh):
 
 
 def _normals(mesh, corners, vertices):
-    """Those of the corners, and those of the vertices: one of them is None."""
-    if hasattr(mesh, 'corner_normals'):
-        return _read(mesh.corner_normals, 'vector', 3, np.float32)[corners].reshape(-1, 9), None
-    if mesh.use_auto_smooth or mesh.has_custom_normals:
+    """Those of the corners of triangles with what the core calls their smoothing, and those of the vertices: either are
+    None."""
+    if hasattr(mesh, 'corner_normals') and mesh.normals_domain == 'CORNER':  # later versions
+        return _read(mesh.corner_normals, 'vector', 3, np.float32)[corners].reshape(-1, 9), np.array(corners, order='C'), None
+    if getattr(mesh, 'use_auto_smooth', False) or mesh.has_custom_normals:
         mesh.calc_normals_split()
-        return _read(mesh.loops, 'normal', 3, np.float32)[corners].reshape(-1, 9), None
+        return _read(mesh.loops, 'normal', 3, np.float32)[corners].reshape(-1, 9), np.array(corners, order='C'), None
     is_smooth = np.empty(len(mesh.polygons), bool)
     mesh.polygons.foreach_get('use_smooth', is_smooth)
     smooth = _read(mesh.vertex_normals, 'vector', 3, np.float32) if is_smooth.any() else None
     if is_smooth.all():
-        return None, smooth
+        return None, None, smooth
     polygons = _read(mesh.loop_triangles, 'polygon_index', 1, np.int32)[:, 0]
     normals = np.repeat(_read(mesh.polygon_normals, 'vector', 3, np.float32)[polygons][:, None], 3, 1)
+    smoothing = polygons
     if smooth is not None:
         normals = np.where(is_smooth[polygons][:, None, None], smooth[vertices], normals)
-    return np.ascontiguousarray(normals).reshape(-1, 9), None
+        smoothing = np.where(is_smooth[polygons], -1, polygons)
+    return np.ascontiguousarray(normals).reshape(-1, 9), np.repeat(smoothing[:, None], 3, 1).astype(np.int32), None
 
 
 def active_uv_layer(mesh):
@@ -88,8 +95,8 @@ def _corner_uvs(layer, corners):
 
 
 def mesh_arrays(mesh, slot_count, uv_layer):
-    """Positions, corners, material slots, the normals of the corners of triangles or of the vertices (the other is None),
-    and the corners' texture coordinates, None without a UV map."""
+    """Positions, corners, material slots, the normals of the corners of triangles with their smoothing, or those of the
+    vertices (the others are None), and the corners' texture coordinates, None without a UV map."""
     mesh.calc_loop_triangles()
     corners, vertices = _corners(mesh)
     slots = np.zeros(len(corners), np.int32)
@@ -106,13 +113,18 @@ class Untouched:
     def __init__(self):
         self._hashes = {}
         self._seen = {}
+        self._edited = set()
 
-    def begin(self, depsgraph):
+    def note(self, depsgraph):
+        """The edits since the last time."""
+        self._edited |= {update.id.original.as_pointer() for update in depsgraph.updates
+                         if update.is_updated_geometry or not isinstance(update.id, bpy.types.Object)}
+
+    def begin(self):
         """Before an export: forgets what was edited, and what the last export did not ask for."""
-        edited = {update.id.original.as_pointer() for update in depsgraph.updates
-                  if update.is_updated_geometry or not isinstance(update.id, bpy.types.Object)}
-        self._hashes = {key: value for key, value in self._seen.items() if edited.isdisjoint(key[:2])}
+        self._hashes = {key: value for key, value in self._seen.items() if self._edited.isdisjoint(key[:2])}
         self._seen = {}
+        self._edited = set()
 
     @staticmethod
     def key(instance, *more):
@@ -132,6 +144,14 @@ class Untouched:
             self._seen[key] = mesh_hash
 
 
+def _light_id(instance):
+    """The same in all frames."""
+    parts = [(instance.instance_object or instance.object).original.as_pointer()]
+    if instance.is_instance:
+        parts += [instance.parent.original.as_pointer(), *instance.persistent_id]
+    return hash_of(np.array(parts, np.int64))
+
+
 class _Exporter:
     def __init__(self, session, say, untouched):
         self._session = session
@@ -144,7 +164,13 @@ class _Exporter:
     def add(self, instance):
         thing = instance.object
         if thing.type == 'LIGHT':
-            self._session.add_light(lights.light(thing.data, instance.matrix_world, self._say))
+            self._say_what_rays_see(thing, RAYS_OF_LIGHTS)
+            if lights.is_portal(thing.data):
+                self._say(f'light "{thing.name}" is left out: it is a portal')
+                return
+            light = lights.light(thing.data, instance.matrix_world, self._say)
+            light.id = _light_id(instance)
+            self._session.add_light(light)
             self.lights.append((instance.instance_object or thing).original)
         elif thing.type in SURFACES:
             if instance.show_self:
@@ -155,11 +181,16 @@ class _Exporter:
         elif thing.type not in WITHOUT_SURFACE:
             self._say(f'object "{thing.name}" is left out: {thing.type.lower()}')
 
+    def _say_what_rays_see(self, thing, kinds=RAYS):
+        hidden = [name.replace('_', ' ') for name in kinds if not getattr(thing, f'visible_{name}', True)]
+        if hidden:
+            self._say(f'object "{thing.name}": that it is hidden from rays of {", ".join(hidden)} is left out')
+
     def _add_surface(self, instance, thing):
-        if thing.is_holdout:
-            self._say(f'object "{thing.name}": that it is a holdout is left out')
-        if not (thing.visible_camera and thing.visible_shadow):
-            self._say(f'object "{thing.name}": it is drawn with its shadow, whatever its ray visibility')
+        for text, is_so in (('a holdout', thing.is_holdout), ('a shadow catcher', thing.is_shadow_catcher)):
+            if is_so:
+                self._say(f'object "{thing.name}": that it is {text} is left out')
+        self._say_what_rays_see(thing)
         slots = [slot.material for slot in thing.material_slots]
         own = list(getattr(thing.data, 'materials', ()))
         chosen = slots if len(slots) >= len(own) else own
@@ -207,19 +238,44 @@ class _Exporter:
             thing.to_mesh_clear()
 
 
-def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
-    """Gives the lights' objects in their order. `untouched` is the session's own `Untouched`, if it has one. Raises
-    CoreError for what cannot be drawn, and Cancelled."""
+def _say_what_layers_ask(view_layer, say):
+    """What view layers and their collections ask for and is left out."""
+    for name in ('material_override', 'world_override'):
+        if getattr(view_layer, name, None) is not None:
+            say(f'view layer "{view_layer.name}": its {name.replace("_", " ")} is left out')
+
+    def visit(layer):
+        if layer.exclude:
+            return
+        for text, is_so in (('a holdout', layer.holdout), ('indirect only', layer.indirect_only)):
+            if is_so:
+                say(f'collection "{layer.name}": that it is {text} is left out')
+        for child in layer.children:
+            visit(child)
+
+    visit(view_layer.layer_collection)
+
+
+def tell(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
+    """All but the session's `commit`. Gives the lights' objects in their order. `untouched` is the session's own
+    `Untouched`, if it has one. Raises CoreError for what cannot be drawn, and Cancelled."""
     session.begin()
     if untouched is not None:
-        untouched.begin(depsgraph)
+        untouched.begin()
+    _say_what_layers_ask(depsgraph.view_layer, say)
     exporter = _Exporter(session, say, untouched)
     for instance in depsgraph.object_instances:
         if is_cancelled():
             raise Cancelled
         exporter.add(instance)
-    session.commit()
     return exporter.lights
 
 
-__all__ = ['Cancelled', 'CoreError', 'Untouched', 'active_uv_layer', 'export', 'mesh_arrays']
+def export(session, depsgraph, say, is_cancelled=lambda: False, untouched=None):
+    """`tell` with the session's `commit`."""
+    told = tell(session, depsgraph, say, is_cancelled, untouched)
+    session.commit()
+    return told
+
+
+__all__ = ['Cancelled', 'CoreError', 'Untouched', 'active_uv_layer', 'export', 'mesh_arrays', 'tell']

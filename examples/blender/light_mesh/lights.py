@@ -25,6 +25,11 @@ def has_size(lamp):
     return (lamp.angle if lamp.type == 'SUN' else lamp.shadow_soft_size) > 0
 
 
+def is_portal(lamp):
+    """Whether Cycles takes it for a window that it looks through for the world's light."""
+    return lamp.type == 'AREA' and getattr(getattr(lamp, 'cycles', None), 'is_portal', False)
+
+
 def settings_key(lamp):
     """What lights have in common that share a mesh or a cache; None for those that need neither."""
     chosen, shadow = lamp.light_mesh, shadow_of(lamp)

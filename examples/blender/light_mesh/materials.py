@@ -1,9 +1,18 @@
 # SPDX-License-Identifier: MIT
 """Blender's materials and worlds, as far as the renderer carries them."""
 
+import os
+import time
+
+import bpy
 import numpy as np
 
 from . import core
+
+# Names of colour spaces whose values are light, or no colours.
+LINEAR = 'Non-Color', 'Raw', 'Linear', 'Linear Rec.709'
+# When the add-on was loaded: Blender may have older contents of files that were written since.
+_started = time.time()
 
 
 def _socket(node, *names):
@@ -27,6 +36,61 @@ def _source(socket):
 
 def _output(tree):
     return tree.get_output_node('CYCLES') or tree.get_output_node('ALL')
+
+
+def _image_state(image):
+    """What tells the pixels of an image that nobody has changed, without reading them; None where nothing does: it was
+    painted and not saved, it moves, or its file was written while Blender ran, which may show what was there before."""
+    if image.is_dirty or image.source not in ('FILE', 'GENERATED'):
+        return None
+    state = image.source, image.alpha_mode, image.colorspace_settings.name, image.use_half_precision
+    if image.packed_file is not None:  # its size stays the same when a pixel is painted
+        return *state, core.hash_of(np.frombuffer(image.packed_file.data, np.uint8))
+    if image.source == 'GENERATED':
+        return *state, image.generated_type, tuple(image.generated_color), image.use_generated_float
+    path = bpy.path.abspath(image.filepath_raw, library=image.library)
+    try:
+        file = os.stat(path)
+    except OSError:
+        return None
+    if max(file.st_mtime, file.st_ctime) > _started:
+        return None
+    return *state, path, file.st_mtime_ns, file.st_size
+
+
+def _pixels(image):
+    """Rows from the bottom up."""
+    width, height = image.size
+    pixels = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    return pixels.reshape(height, width, image.channels)
+
+
+def _as_bytes(pixels, with_alpha):
+    """RGBA."""
+    rgba = np.full((*pixels.shape[:2], 4), 255, np.uint8)
+    source = pixels if pixels.shape[2] >= 3 else np.repeat(pixels[..., :1], 3, 2)
+    count = min(4 if with_alpha else 3, source.shape[2])
+    rgba[..., :count] = np.clip(source[..., :count] * 255 + .5, 0, 255)
+    return rgba
+
+
+def left_out_of(node):
+    """Names of the inputs of a Principled node, of any version, that ask for what is not drawn."""
+    def asks(name, nothing):
+        socket = node.inputs.get(name)
+        if socket is None:
+            return False
+        if socket.is_linked or nothing is None:
+            return socket.is_linked
+        value = socket.default_value
+        return (any(channel != nothing for channel in tuple(value)[:3]) if hasattr(value, '__len__') else value > 0)
+
+    return [name for name, nothing in (
+        ('Subsurface', 0), ('Subsurface Weight', 0), ('Sheen', 0), ('Sheen Weight', 0), ('Clearcoat', 0),
+        ('Coat Weight', 0), ('Anisotropic', 0), ('Specular Tint', 1), ('Transmission Roughness', 0),
+        ('Diffuse Roughness', 0), ('Thin Film Thickness', 0), ('Normal', None), ('Clearcoat Normal', None),
+        ('Coat Normal', None), ('Tangent', None)) if asks(name, nothing)]
 
 
 class Materials:
@@ -131,11 +195,7 @@ class Materials:
         self._emission(made, _socket(node, 'Emission', 'Emission Color'), node.inputs['Emission Strength'], material)
         if made.alpha < 1 and made.transmission > 0:
             self._say(f'material "{material.name}": what shines through by alpha is bent as by transmission')
-        left_out = [names[0] for names in (('Subsurface', 'Subsurface Weight'), ('Sheen', 'Sheen Weight'),
-                                           ('Clearcoat', 'Coat Weight'), ('Anisotropic',))
-                    if (socket := _socket(node, *names)) is not None and (socket.is_linked or socket.default_value > 0)]
-        left_out += [name for name in ('Normal', 'Clearcoat Normal', 'Tangent')
-                     if (socket := node.inputs.get(name)) is not None and socket.is_linked]
+        left_out = left_out_of(node)
         if left_out:
             self._say(f'material "{material.name}": {", ".join(left_out)} left out')
 
@@ -176,6 +236,7 @@ class Materials:
 
     def _image(self, node, with_alpha, material):
         image = node.image
+        with_alpha = with_alpha and image.alpha_mode != 'NONE'
         clamps = node.extension != 'REPEAT'
         key = image.name_full, with_alpha, clamps
         if key not in self._images:
@@ -188,7 +249,8 @@ class Materials:
                 ('its projection', node.projection != 'FLAT'),
                 ('that it ends at its edges', node.extension not in ('REPEAT', 'EXTEND')),
                 ('values above 1', image.is_float),
-                ('its colour space', image.colorspace_settings.name not in ('sRGB', 'Non-Color', 'Linear', 'Raw')),
+                ('its colour space', image.colorspace_settings.name not in ('sRGB', *LINEAR)),
+                ('its premultiplied alpha', image.alpha_mode == 'PREMUL'),
                 ('that it moves', image.source in ('MOVIE', 'SEQUENCE')),
             ) if is_so]
             if notes:
@@ -201,16 +263,19 @@ class Materials:
         if width == 0 or height == 0 or image.source == 'TILED':
             self._say(f'image "{image.name}" is not there, or is tiled')
             return None
-        pixels = np.empty(width * height * image.channels, np.float32)
-        image.pixels.foreach_get(pixels)
-        pixels = pixels.reshape(height, width, image.channels)
-        rgba = np.full((height, width, 4), 255, np.uint8)
-        count = 4 if with_alpha else 3
-        source = pixels if image.channels >= 3 else np.repeat(pixels[..., :1], 3, 2)
-        count = min(count, source.shape[2])
-        rgba[..., :count] = np.clip(source[..., :count] * 255 + .5, 0, 255)
-        linear = image.is_float or image.colorspace_settings.name in ('Non-Color', 'Linear', 'Raw')
-        return self._session.add_image(rgba, core.IMAGE_LINEAR * linear + core.IMAGE_CLAMP * clamps)
+        flags = core.IMAGE_LINEAR * (image.is_float or image.colorspace_settings.name in LINEAR) + core.IMAGE_CLAMP * clamps
+        state = _image_state(image)
+        pixels = _pixels(image) if state is None else None
+        told = repr((state, width, height, image.channels, with_alpha, flags)).encode()
+        key = core.hash_of(pixels, np.frombuffer(told, np.uint8))
+        number = self._session.find_image(key)
+        if number is None:
+            pixels = _pixels(image) if pixels is None else pixels
+            if (not with_alpha and image.alpha_mode == 'STRAIGHT' and image.channels == 4 and not image.is_float and
+                    pixels[..., 3].min() < 1):
+                self._say(f'image "{image.name}": that its alpha darkens its colours is left out')
+            number = self._session.add_image(key, _as_bytes(pixels, with_alpha), flags)
+        return number
 
 
 def world_colour(world, say):
@@ -220,6 +285,8 @@ def world_colour(world, say):
     if not world.use_nodes or world.node_tree is None:
         return np.array(world.color[:])
     output = _output(world.node_tree)
+    if output and output.inputs['Volume'].is_linked:
+        say(f'world "{world.name}": its volume is left out')
     node = _source(output.inputs['Surface']) if output else None
     if node is None:
         return np.zeros(3)

@@ -4,7 +4,7 @@
 import bpy
 
 from . import engine
-from .lights import settings_key, shadow_of
+from .lights import is_portal, settings_key, shadow_of
 
 # Of Blender's panels for any engine: what this one has in its own, or cannot do.
 LEFT_OUT = {'DATA_PT_light', 'NODE_DATA_PT_light', 'RENDER_PT_freestyle', 'VIEWLAYER_PT_filter', 'VIEWLAYER_PT_layer_passes'}
@@ -35,10 +35,28 @@ def _column(layout):
     return layout.column()
 
 
-def group_count(scene):
-    """Caches and meshes that the scene's lights need: one for each distinct settings."""
-    keys = {settings_key(thing.data) for thing in scene.objects if thing.type == 'LIGHT'}
-    return len(keys - {None})
+def shining(view_layer):
+    """The lights of a picture, but those that nodes or particles make: of a collection that is instanced once."""
+    lamps, shown = {}, []
+
+    def visit(layer):
+        if not layer.exclude and not layer.collection.hide_render:
+            shown.extend(layer.collection.objects)
+            for child in layer.children:
+                visit(child)
+
+    visit(view_layer.layer_collection)
+    for thing in shown:
+        instanced = thing.instance_collection if thing.instance_type == 'COLLECTION' else None
+        for each in (thing, *(instanced.all_objects if instanced else ())):
+            if each.type == 'LIGHT' and not each.hide_render and not thing.hide_render and not is_portal(each.data):
+                lamps[each] = None
+    return list(lamps)
+
+
+def group_count(view_layer):
+    """Caches and meshes that the lights need: one for each distinct settings."""
+    return len({settings_key(thing.data) for thing in shining(view_layer)} - {None})
 
 
 class LIGHT_MESH_PT_sampling(_Panel, bpy.types.Panel):
@@ -72,13 +90,14 @@ class LIGHT_MESH_PT_shadows(_Panel, bpy.types.Panel):
     def draw(self, context):
         column = _column(self.layout)
         column.prop(context.scene.light_mesh, 'memory')
-        count = group_count(context.scene)
+        count = group_count(context.view_layer)
         column.label(text=f'Caches and light meshes: {count}', icon='LIGHT_DATA')
         found = engine.statistics
         if found:
             column.label(text=f'Last picture: {found["seconds"]:.2f} s, of these {found["seconds_exporting"]:.2f} s for reading')
             instanced = f' ({found["stored_triangles"]:,} in memory)' if found['stored_triangles'] < found['triangles'] else ''
             column.label(text=f'{found["triangles"]:,} triangles{instanced}, {found["points"]:,} points shaded')
+            column.label(text=f'{found["groups"]} ways to find shadows, {found["groups_kept"]} kept from the picture before')
             column.label(text=f'{found["records"]:,} records, {found["light_points"]:,} light points, '
                               f'{found["bytes"] / 2**20:,.1f} MB')
 
@@ -160,9 +179,9 @@ class LIGHT_MESH_PT_light_shadow(_LightPanel, bpy.types.Panel):
             row.prop(chosen, 'size')
         key = settings_key(lamp)
         if key is not None:
-            same = sum(settings_key(thing.data) == key for thing in context.scene.objects if thing.type == 'LIGHT')
+            same = sum(settings_key(thing.data) == key for thing in shining(context.view_layer))
             column.label(text=f'{"Cache" if chosen.shadow == "REAL" else "Mesh"} of {same} light{"" if same == 1 else "s"}, '
-                              f'one of {group_count(context.scene)} in the scene')
+                              f'one of {group_count(context.view_layer)} in the scene')
         elif shadow_of(lamp) == 'REAL':
             column.label(text='A lamp without a size: hard shadows')
 

@@ -50,6 +50,11 @@ class LightMeshSceneSettings(bpy.types.PropertyGroup):
     memory: IntProperty(name='Memory', description='Megabytes for each cache and mesh; 0: no limit', default=0, min=0)
     bake: PointerProperty(type=LightMeshBakeSettings)
 
+    @property
+    def memory_budget(self):
+        """In bytes."""
+        return self.memory << 20
+
 
 class LightMeshLightSettings(bpy.types.PropertyGroup):
     shadow: EnumProperty(name='Shadow', description='How the shadow of this light is found', items=SHADOWS,

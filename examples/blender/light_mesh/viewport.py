@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Rendered 3-D views: coarse first, then finer; each edit starts anew."""
 
+import threading
 import weakref
 
 import gpu
@@ -8,7 +9,7 @@ import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
 from . import camera, core
-from .export import Untouched, export
+from .export import Untouched, tell
 from .materials import world_colour
 
 # How many pixels wide and high a square of one colour is, step by step.
@@ -19,12 +20,29 @@ PATIENCE = .02
 open_viewports = weakref.WeakSet()
 
 
+class _Commit(threading.Thread):
+    """Makes what was told the session's scene, which nobody else may use meanwhile: seconds, where much is new."""
+
+    def __init__(self, session):
+        super().__init__()
+        self._session = session
+        self.problem = ''
+
+    def run(self):
+        try:
+            self._session.commit()
+        except core.CoreError as error:
+            self.problem = str(error)
+
+
 class Viewport:
     """What a 3-D view shows. Blender's engine of that view has it, and closes it when it goes."""
 
-    def __init__(self):
-        self._session = core.Session()
+    def __init__(self, memory_budget):
+        self._session = core.Session(memory_budget)
         self._untouched = Untouched()
+        self._is_told = True  # whether the session knows the last edit
+        self._commit = None
         self._seen = None
         self._texture = None
         self._pixels = None
@@ -38,32 +56,63 @@ class Viewport:
 
     def close(self):
         if self._session is not None:
+            if self._commit is not None:
+                self._commit.join()
             self._session.close()
             self._session = None
 
     def update(self, depsgraph, say):
-        """After an edit."""
+        """After an edit, which waits for its turn if one before it is not done with."""
         if self._session is None:
             return
+        self._untouched.note(depsgraph)
+        self._is_told = self.is_finished = False
+        self._is_ready(depsgraph, say)
+
+    def _is_ready(self, depsgraph, say):
+        """Whether the session's scene is that of the last edit. Goes on with it, and waits no longer than for pictures."""
+        for _ in range(2):
+            if self._commit is not None:
+                self._commit.join(PATIENCE)
+                if self._commit.is_alive():
+                    return False
+                self.problem = self._commit.problem
+                self._commit = None
+            if not self._is_told:
+                self._tell(depsgraph, say)
+        return self._commit is None
+
+    def _tell(self, depsgraph, say):
+        self._is_told = True
         self._seen = None
         self.problem = ''
+        budget = depsgraph.scene.light_mesh.memory_budget
         try:
-            export(self._session, depsgraph, say, untouched=self._untouched)
+            if self._session.memory_budget != budget:
+                self._session.close()
+                self._session = core.Session(budget)
+            tell(self._session, depsgraph, say, untouched=self._untouched)
             self._background = world_colour(depsgraph.scene_eval.world, say)
         except core.CoreError as error:
             self.problem = str(error)
+            return
+        self._commit = _Commit(self._session)
+        self._commit.start()
 
-    def draw(self, engine, context, depsgraph):
-        if self._session is None or self.problem:
+    def draw(self, engine, context, depsgraph, say):
+        if self._session is None:
+            return
+        is_ready = self._is_ready(depsgraph, say)
+        if self.problem:
             engine.update_stats('Light Mesh', self.problem)
             return
         region, view = context.region, context.region_data
         seen = region.width, region.height, tuple(map(tuple, view.window_matrix)), tuple(map(tuple, view.view_matrix))
         try:
-            if seen != self._seen:
+            if is_ready and seen != self._seen:
                 self._seen, self._step, self.is_finished = seen, 0, False
                 self._start(context, depsgraph)
-            if not self.is_finished:
+            if is_ready and not self.is_finished:
                 self._go_on(context, depsgraph)
         except core.CoreError as error:
             self.problem = str(error)
@@ -74,7 +123,8 @@ class Viewport:
             draw_texture_2d(self._texture, (0, 0), region.width, region.height)
             engine.unbind_display_space_shader()
             gpu.state.blend_set('NONE')
-        engine.update_stats('Light Mesh', '' if self.is_finished else f'step {self._step + 1} of {self._steps}')
+        engine.update_stats('Light Mesh', 'Reading the scene' if not is_ready else
+                            '' if self.is_finished else f'step {self._step + 1} of {self._steps}')
         if not self.is_finished:
             engine.tag_redraw()
 
