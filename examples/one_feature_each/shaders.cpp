@@ -11,13 +11,11 @@
 #include <cstdint>
 #include <exception>
 
-namespace {
-
 constexpr std::uint32_t shader[] = {
 #include "spirv/shaders.comp.inc"
 };
 
-int run() {
+int main() try {
     const lightmesh::LightMesh mesh{scene::Tracer{}, scene::lights, lightmesh::Settings{.radius = 0.8f}};
     std::vector<std::byte> bytes = mesh.snapshot();
     lightmesh::MeshUpload upload{lightmesh::SnapshotView(bytes)};
@@ -71,15 +69,7 @@ int run() {
     scene::print_row("shader", lamp);
     std::cout << "the CPU's values: " << (visibilities == expected ? "yes" : "no") << '\n';
     return visibilities == expected ? 0 : 1;
-}
-
-}  // namespace
-
-int main() {
-    try {
-        return run();
-    } catch (const std::exception& error) {
-        std::cerr << error.what() << '\n';
-        return 1;
-    }
+} catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return 1;
 }
