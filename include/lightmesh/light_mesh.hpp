@@ -284,8 +284,8 @@ public:
         free_.take(i);
     }
     /// Adds a light and returns its number: the lowest that a removed light has left, else one more than the
-    /// last, for which all that is known is copied as by `compact`: of the other lights nothing is found
-    /// again. An exclusive call. Throws as above.
+    /// last, for which all that is known is copied to memory without gaps: of the other lights nothing is
+    /// found again. An exclusive call. Throws as above.
     std::size_t add_light(const Light& light) {
         if (!free_.is_empty()) {
             const std::size_t i = free_.lowest();
@@ -338,9 +338,10 @@ public:
     }
 
     /// Copies what the mesh knows to memory without gaps, and gives back what updates have left behind: both
-    /// are there for a moment. Nothing that is known is found again. An exclusive call. Throws
+    /// are there for a moment. Then the mesh knows what its snapshots know: of eight lights of which one was
+    /// forgotten and is not found again yet, the others are found again with it. An exclusive call. Throws
     /// std::bad_alloc; nothing has changed then.
-    void compact() { levels_ = std::make_unique<Levels>(*levels_, lights()); }
+    void compact() { levels_ = std::make_unique<Levels>(*levels_, lights(), 0xffff, false); }
 
     /// What the mesh holds by now. Walks over all of it.
     MeshStatistics statistics() const { return levels_->statistics(); }

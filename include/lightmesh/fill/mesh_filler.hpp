@@ -84,8 +84,8 @@ public:
 
     /// Takes over what another mesh knows, as `copy_level`, and what that has cost.
     template <class Keep>
-    void copy(const MeshFiller& other, const Keep& keep) const {
-        copy_level(other.data_, data_, keep);
+    void copy(const MeshFiller& other, const Keep& keep, bool keeps_lights) const {
+        copy_level(other.data_, data_, keep, keeps_lights);
         long_tests_done_.store(other.long_tests_done_.load(std::memory_order_relaxed),
                                std::memory_order_relaxed);
         long_rays_.store(other.long_rays_.load(std::memory_order_relaxed), std::memory_order_relaxed);

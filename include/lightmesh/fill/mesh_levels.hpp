@@ -59,16 +59,17 @@ public:
                      std::make_shared<Adapters>(Adapters{
                          std::move(tracer), LongTests(std::forward<LongTestArguments>(long_tests)...)})} {}
     /// What another mesh with the same adapters knows of the lights that both have, in the bricks that
-    /// queries have asked for in the last frames: at most so many frames before this one. Throws
-    /// std::bad_alloc.
-    MeshLevels(const MeshLevels& other, std::span<const Light> lights, int most_frames_unused = 0xffff)
+    /// queries have asked for in the last frames: at most so many frames before this one. `keeps_lights`: as
+    /// `LevelMerge`. Throws std::bad_alloc.
+    MeshLevels(const MeshLevels& other, std::span<const Light> lights, int most_frames_unused = 0xffff,
+               bool keeps_lights = true)
         : MeshLevels({lights, other.finest_.data().settings()}, other.adapters_) {
         evicted_bricks_ = other.evicted_bricks_;
         other.for_each([&](int k, const Level& from) {
             const auto is_kept = [&](const Brick& brick) {
                 return from.data().frames_unused(brick) <= most_frames_unused;
             };
-            level(k).copy(from, is_kept);
+            level(k).copy(from, is_kept, keeps_lights);
             from.data().for_each_brick(
                 [&](const Brick& brick) { evicted_bricks_ += is_kept(brick) ? 0u : 1u; });
         });
