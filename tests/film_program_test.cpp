@@ -195,6 +195,7 @@ TEST_CASE(
     };
     // So many milliseconds after a file is there: within the work on a frame, and between two.
     int killed = 0;
+    int unfinished = 0;
     for (const auto& moment : {std::pair("film.txt", 0),
                                {"frame-0001.png", 0},
                                {"frame-0001.png", 7},
@@ -209,16 +210,16 @@ TEST_CASE(
         const std::string out = (folder / name).string();
         const std::string command = LIGHTMESH_RENDER " film " + spheres + out;
         const std::string later = (milliseconds < 10 ? "0.00" : "0.0") + std::to_string(milliseconds);
-        const Finished stopped =
-            test::run(folder, command + " & p=$!; while kill -0 $p && [ ! -e " + out + "/" + file +
-                                  " ]; do :; done; sleep " + later + "; kill -KILL $p; wait $p");
-        CHECK(stopped.status != 0);
-        CHECK(check_frames(name) < 8);
+        test::run(folder, command + " & p=$!; while kill -0 $p && [ ! -e " + out + "/" + file +
+                              " ]; do :; done; sleep " + later + "; kill -KILL $p; wait $p");
+        // On a fast machine the film may be done before some of the later moments.
+        unfinished += check_frames(name) < 8 ? 1 : 0;
         const Finished on = test::run(folder, command);
         REQUIRE_MESSAGE(on.status == 0, on.errors);
         CHECK(check_frames(name) == 8);
         CHECK_FALSE(folder.has_part_files());
     }
+    CHECK(unfinished > 0);
 }
 
 TEST_CASE("lightmesh-render film --memory: what goes unused is forgotten, and the pictures are the same") {

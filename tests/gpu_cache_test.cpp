@@ -464,7 +464,7 @@ TEST_CASE("an upload that follows fills and updates of a cache answers as a whol
         lightmesh::CacheSettings{.spacing = 0.25f, .detail = 2, .lamp_rays = 4, .shaft_rows = false}};
     const std::vector<lightmesh::SurfacePoint> points = world.points(160, true);
     const auto some = std::span<const lightmesh::SurfacePoint>(points);
-    cache.fill(some.first(100));
+    cache.fill(some.first(101));
     const std::vector<std::byte> first_bytes = cache.snapshot();
     lightmesh::CacheUpload upload{lightmesh::SnapshotView(first_bytes)};
     test::FollowedUpload host(upload);
@@ -483,9 +483,9 @@ TEST_CASE("an upload that follows fills and updates of a cache answers as a whol
         return written;
     };
     CHECK(check() == 0);
-    cache.fill(some.subspan(100, 1));
+    cache.fill(some.subspan(101, 1));
     CHECK(check() < host.size() / 4);
-    cache.fill(some.subspan(101, 40));
+    cache.fill(some.subspan(102, 40));
     check();
     cache.set_light(3, lightmesh::PointLight{.position = {1.0f, 0.5f, 2.0f}, .range = 5.0f, .radius = 0.1f});
     check();

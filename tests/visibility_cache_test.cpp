@@ -387,6 +387,38 @@ TEST_CASE("visibility cache: no light comes under the edge of a sheet that lies 
     }
 }
 
+TEST_CASE("visibility cache: nothing pops beside and under a sheet while footprints shrink") {
+    test::Random random(53);
+    for (const double height : {0.02, 0.06, 0.1, 0.2, 0.35}) {
+        const double edge = random.uniform(3.5, 4.5);
+        std::vector<test::Triangle> scene;
+        test::add_quad(scene, {-9.0, -9.0, 0.0}, {18.0, 0.0, 0.0}, {0.0, 18.0, 0.0});
+        test::add_quad(scene, {-4.0, -4.0, height}, {4.0 + edge, 0.0, 0.0}, {0.0, 8.0, 0.0});
+        const std::vector<Light> lights{lightmesh::PointLight{.position = {0.3f, 0.1f, 5.0f}, .radius = 0.2f},
+                                        lightmesh::DirectionalLight{{0.0f, 0.0f, -1.0f}}};
+        const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 1.0f}};
+        CAPTURE(height);
+        for (int i = 0; i < 12; ++i) {
+            lightmesh::SurfacePoint point{.position =
+                                              glm::vec3(static_cast<float>(edge + random.uniform(-0.4, 0.4)),
+                                                        static_cast<float>(random.uniform(-2.0, 2.0)), 0.0f),
+                                          .normal = {0.0f, 0.0f, 1.0f},
+                                          .footprint = 2.0f};
+            std::vector<float> before(2);
+            std::vector<float> lit(2);
+            cache.visibility(point, std::span<float>(before));
+            while (point.footprint > 0.1f) {
+                point.footprint *= 0.999f;
+                cache.visibility(point, std::span<float>(lit));
+                CAPTURE(point.footprint);
+                for (std::size_t l = 0; l < 2; ++l)
+                    CHECK(std::abs(lit[l] - before[l]) < 0.03f);
+                before = lit;
+            }
+        }
+    }
+}
+
 TEST_CASE("visibility cache: no light comes through a double wall, nor through a single thin one") {
     test::Random random(43);
     for (const double gap : {0.0, 1e-5, 0.02, 0.3, 0.7}) {

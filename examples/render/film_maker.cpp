@@ -174,7 +174,9 @@ void FilmMaker::add_memory_rows(TextTable& table) const {
 /// By this rank, in all frames.
 std::uint64_t FilmMaker::rays_for_shadows() const {
     const std::uint64_t kept = gpu_ ? gpu_->kept_rays() : shadows_ ? kept_rays(*shadows_) : 0;
-    return kept + spent_.visibility.shadow_rays + spent_.visibility.short_rays;
+    const auto cache = shadows_ ? shadows_->cache() : std::nullopt;
+    return kept + (cache ? cache->point_rays : 0) + spent_.visibility.shadow_rays +
+           spent_.visibility.short_rays;
 }
 
 /// On rank 0.

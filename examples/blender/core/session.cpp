@@ -378,6 +378,7 @@ void Session::commit() {
     } catch (...) {
         visibility_.reset();
         embree_.reset();
+        told_ = {};
         throw;
     }
     objects_ = std::move(told_.objects);

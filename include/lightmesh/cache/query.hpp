@@ -466,17 +466,18 @@ private:
         BlendLevel taps;
         taps.values = &cell.values;
         const std::int32_t covered = make_taps(walk, level, taps);
-        // Under a sheet's edge the records that are seen lie beside the sheet, and know nothing of it.
-        const bool is_exact_share = covered != 0 && next < one_weight;
-        if ((taps.taps == 0 && is_last) || (is_exact_share && covered == one_weight)) {
+        // Under a sheet's edge the records that are seen lie beside the sheet, and know nothing of it. What
+        // the next level has no share of rays have.
+        const std::int32_t by_rays = (taps.taps == 0 ? one_weight : covered) * (one_weight - next) >> 15;
+        if (by_rays == one_weight) {
             add_exact(walk, tile, walk.lights);
             walk.lights = 0;
             return;
         }
+        if (by_rays != 0)
+            add_exact(walk, tile, walk.lights, by_rays);
         if (taps.taps == 0)
             return;
-        if (is_exact_share)
-            add_exact(walk, tile, walk.lights, covered);
         begin_blend(walk);
         if (walk.smooth_lights != 0) {
             const std::uint64_t bent = bent_lights(walk, taps, tile);

@@ -1597,8 +1597,8 @@ uvec2 lightmesh_cache_find_along(inout LightMeshCachePoint at, int turn, uint ti
         bool is_last = next == 0;
         lightmesh_cache_make_cell(at, turn, level);
         bool has_taps = lightmesh_cache_cell.has_taps;
-        uint covered = next < 32768 ? lightmesh_cache_cell.covered : 0u;
-        bool needs_rays = has_taps ? covered != 0u : is_last || covered == 32768u;
+        uint by_rays = (has_taps ? lightmesh_cache_cell.covered : 32768u) * uint(32768 - next) >> 15;
+        bool needs_rays = by_rays != 0u;
         if (lightmesh_cache_cell.lacks != 0u || needs_rays) {
             at.lacks |= lightmesh_cache_cell.lacks != 0u ? lightmesh_cache_cell.lacks : lightmesh_cache_lacks_rays;
             unknown |= lights;
