@@ -40,6 +40,11 @@ using test::Vec;
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
+/// A direction at a right angle to another one.
+Vec across_of(const Vec& direction) {
+    return glm::normalize(glm::cross(direction, std::abs(direction.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+}
+
 struct Work {
     std::vector<test::Triangle> scene;
     std::vector<Light> lights;
@@ -325,7 +330,7 @@ TEST_CASE("visibility cache: sheets close to walls of any orientation keep their
     test::Random random(41);
     for (int turn = 0; turn < 12; ++turn) {
         const Vec up = turn < 3 ? Vec(turn == 0, turn == 1, turn == 2) : random.direction();
-        const Vec right = glm::normalize(glm::cross(up, std::abs(up.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+        const Vec right = across_of(up);
         const Vec forward = glm::cross(up, right);
         for (const double height : {0.01, 0.05, 0.2, 0.35}) {
             const auto place = [&](double x, double y, double z) {
@@ -358,7 +363,7 @@ TEST_CASE("visibility cache: no light comes under the edge of a sheet that lies 
     test::Random random(47);
     for (int turn = 0; turn < 6; ++turn) {
         const Vec up = turn < 3 ? Vec(turn == 0, turn == 1, turn == 2) : random.direction();
-        const Vec right = glm::normalize(glm::cross(up, std::abs(up.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+        const Vec right = across_of(up);
         const Vec forward = glm::cross(up, right);
         const double edge = random.uniform(3.5, 4.5);
         for (const double height : {0.01, 0.04, 0.1, 0.2, 0.35}) {
@@ -424,8 +429,7 @@ TEST_CASE("visibility cache: no light comes through a double wall, nor through a
     for (const double gap : {0.0, 1e-5, 0.02, 0.3, 0.7}) {
         for (int turn = 0; turn < 6; ++turn) {
             const Vec across = turn < 2 ? Vec(turn == 0, turn == 1, 0.0) : random.direction();
-            const Vec right =
-                glm::normalize(glm::cross(across, std::abs(across.z) < 0.7 ? Vec(0, 0, 1) : Vec(1, 0, 0)));
+            const Vec right = across_of(across);
             const Vec up = glm::cross(across, right);
             // A wall, or two, from edge to edge of a floor that meets them.
             std::vector<test::Triangle> scene;

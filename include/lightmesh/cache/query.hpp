@@ -470,14 +470,14 @@ private:
         // the next level has no share of rays have.
         const std::int32_t by_rays = (taps.taps == 0 ? one_weight : covered) * (one_weight - next) >> 15;
         if (by_rays == one_weight) {
-            add_exact(walk, tile, walk.lights);
-            walk.lights = 0;
+            end_exactly(walk, tile);
             return;
         }
-        if (by_rays != 0)
-            add_exact(walk, tile, walk.lights, by_rays);
-        if (taps.taps == 0)
+        if (taps.taps == 0) {
+            if (by_rays != 0)
+                add_exact(walk, tile, walk.lights, by_rays);
             return;
+        }
         begin_blend(walk);
         if (walk.smooth_lights != 0) {
             const std::uint64_t bent = bent_lights(walk, taps, tile);
@@ -486,6 +486,8 @@ private:
             if (walk.lights == 0)
                 return;
         }
+        if (by_rays != 0)
+            add_exact(walk, tile, walk.lights, by_rays);
         if (walk.is_flat && is_base) {
             if (const std::uint64_t done = walk.lights & cell.uniform_of(tile); done != 0) {
                 kernels_.give_to_first(walk.blend, cell.values, done);
@@ -519,10 +521,8 @@ private:
         if (walk.is_flat && cell.is_shared && (walk.lights & ~cell.compared) != 0)
             cell.compare(walk.lights, has_probes);
         walk.lights = kernels_.blend_level(walk.blend, walk.lights, taps);
-        if (is_exact && walk.lights != 0) {
-            add_exact(walk, tile, walk.lights);
-            walk.lights = 0;
-        }
+        if (is_exact && walk.lights != 0)
+            end_exactly(walk, tile);
     }
 
     /// Where the first cell that a point visits has the same value in all records, for every light, no more
@@ -609,6 +609,10 @@ private:
             found[l % 8] += given * (static_cast<std::uint32_t>(values[l]) << 8);
             left[l % 8] -= given;
         }
+    }
+    void end_exactly(Walk& walk, std::size_t tile) {
+        add_exact(walk, tile, walk.lights);
+        walk.lights = 0;
     }
 
     /// The records that serve a point. Returns how far it may be covered, of one_weight, by something thin

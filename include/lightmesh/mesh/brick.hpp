@@ -126,6 +126,10 @@ constexpr std::uint64_t lights_of_groups(std::uint32_t groups) {
         lights |= (groups >> g & 1) != 0 ? std::uint64_t{0xff} << (8 * g) : 0;
     return lights;
 }
+/// The lights of the groups that units have in a cell.
+constexpr std::uint64_t lights_in_cell(std::uint64_t units, std::size_t cell) {
+    return lights_of_groups(static_cast<std::uint32_t>(units >> (8 * cell)) & 0xff);
+}
 
 /// One bit for each group of which a unit is set.
 constexpr std::uint32_t groups_with_units(std::uint64_t units) {

@@ -153,7 +153,7 @@ private:
         for (std::uint32_t group = 0; 8 * group < size; ++group)
             samples.sampled |= (~sampled >> (8 * group) & 0xff) == 0 ? 1u << group : 0u;
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
-            kept.cells[cell] &= ~lights_of_groups(static_cast<std::uint32_t>(known >> (8 * cell)) & 0xff);
+            kept.cells[cell] &= ~lights_in_cell(known, cell);
         kept.sampled &= ~lights_of_groups(samples.sampled);
         return known;
     }
@@ -203,10 +203,11 @@ private:
                        std::size_t light_count, KnownByBoth& sum) const {
         const std::uint64_t both = my_tile.known & their_tile.known;
         for (int cell = 0; cell < cells_per_brick; ++cell) {
-            std::uint64_t lights = lights_of_groups(static_cast<std::uint32_t>(both >> (8 * cell)) & 0xff) &
-                                   ~std::uint64_t{0} >> (lights_per_tile - light_count);
+            const auto c = static_cast<std::size_t>(cell);
+            std::uint64_t lights =
+                lights_in_cell(both, c) & ~std::uint64_t{0} >> (lights_per_tile - light_count);
             sum.compared += 8 * static_cast<std::uint64_t>(std::popcount(lights));
-            if (lights == 0 || holds_same(mine, my_tile, their_tile, static_cast<std::size_t>(cell)))
+            if (lights == 0 || holds_same(mine, my_tile, their_tile, c))
                 continue;
             for (; lights != 0; lights &= lights - 1) {
                 const auto l = static_cast<std::size_t>(std::countr_zero(lights));

@@ -135,16 +135,14 @@ public:
         CellsToStore store{.uniform = tile.uniform | (samples.uniform & of_sampled),
                            .lit = tile.lit | (samples.lit & samples.uniform & of_sampled)};
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
-            store.lights[cell] = lights_of_groups(static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff) &
-                                 ~before.cells[cell];
+            store.lights[cell] = lights_in_cell(fresh, cell) & ~before.cells[cell];
         const std::array<std::uint32_t, cells_per_brick> cells = stored_cells(tile, store, before, lit);
         if (kept != nullptr)
             note_superseded(tile.cells, cells);
         // From here on nothing throws.
         if (kept != nullptr) {
             for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
-                kept->cells[cell] &=
-                    ~lights_of_groups(static_cast<std::uint32_t>(fresh >> (8 * cell)) & 0xff);
+                kept->cells[cell] &= ~lights_in_cell(fresh, cell);
             kept->sampled &= ~of_sampled;
             kept->stale &= ~store.uniform;
         }
@@ -170,9 +168,7 @@ public:
         CellsToStore store{.uniform = tile.uniform | (samples.uniform & sampled),
                            .lit = tile.lit | (samples.lit & samples.uniform & sampled)};
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell)
-            store.lights[cell] =
-                known.cells[cell] & ~kept.cells[cell] &
-                ~lights_of_groups(static_cast<std::uint32_t>(tile.known >> (8 * cell)) & 0xff);
+            store.lights[cell] = known.cells[cell] & ~kept.cells[cell] & ~lights_in_cell(tile.known, cell);
         const std::array<std::uint32_t, cells_per_brick> cells = stored_cells(tile, store, kept, lit);
         note_superseded(tile.cells, cells);
         // From here on nothing throws.
@@ -216,7 +212,7 @@ public:
         std::size_t count = 0;
         for (std::size_t cell = 0; cell < cells_per_brick; ++cell) {
             std::uint64_t& in_cell = kept->cells[cell];
-            in_cell |= lights_of_groups(static_cast<std::uint32_t>(units >> (8 * cell)) & 0xff) & are_there;
+            in_cell |= lights_in_cell(units, cell) & are_there;
             count += 8 * static_cast<std::size_t>(std::popcount(in_cell & lights));
             in_cell &= ~lights;
         }
