@@ -91,7 +91,11 @@ void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& sc
     const auto mesh = renderer.mesh();
     const auto cache = renderer.cache();
     CHECK(renderer.filled().rays == (mesh ? mesh->listed_rays : cache ? cache->listed_rays : 0));
-    CHECK((renderer.filled().rays > 0) == (mesh.has_value() || cache.has_value()));
+    // Shaders trace what is found by rays of these; what a mesh tells a cache, maps and volumes are the
+    // host's.
+    const bool is_filled_by_shaders =
+        algorithm == "cache" || algorithm == "lmm" || algorithm == "linked" || algorithm == "express";
+    CHECK((renderer.filled().rays > 0) == is_filled_by_shaders);
     if (mesh)
         CHECK(mesh->long_rays == 0);
 }
@@ -461,6 +465,46 @@ TEST_CASE("gpu frame: light meshes on all levels, and caches, filled as shaders 
     check_same_picture(device, demo::make_park(), "linked", options);
 }
 
+TEST_CASE("gpu frame: light meshes by maps and volumes, and seen through a cache, filled by the host") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 24;
+    options.height = 18;
+    for (const char* algorithm :
+         {"blur-cache", "express+map", "linked+map", "express+volume", "linked+volume"})
+        check_same_picture(device, demo::make_spheres(), algorithm, options);
+    check_same_picture(device, demo::make_rooms(), "blur-cache", options);
+    check_same_picture(device, demo::make_rooms(), "express+volume", options);
+}
+
+TEST_CASE("gpu frame: what one picture has found another one begins with, on host and device") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 20;
+    options.height = 15;
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    for (const char* algorithm : {"cache", "linked", "express"}) {
+        CAPTURE(algorithm);
+        demo::VisibilityOptions visibility = demo::options_of(scene);
+        demo::GpuRenderer first(device, algorithm, embree, visibility, options);
+        demo::RenderStatistics statistics;
+        const demo::Image picture = first.render(statistics).linear;
+        CHECK(first.filled().rays > 0);
+        visibility.known = first.snapshot();
+        demo::GpuRenderer second(device, algorithm, embree, visibility, options);
+        CHECK(second.render(statistics).linear.pixels == picture.pixels);
+        CHECK(second.filled().rays == 0);
+        const auto on_host = demo::make_visibility(algorithm, embree, visibility);
+        CHECK(demo::share_beyond_one_step(demo::render(embree, *on_host, options, statistics), picture) <=
+              0.001);
+        const std::uint64_t rays = demo::kept_rays(*on_host);
+        const auto fresh = demo::make_visibility(algorithm, embree, demo::options_of(scene));
+        demo::render(embree, *fresh, options, statistics);
+        CHECK(10 * rays < demo::kept_rays(*fresh));
+    }
+}
+
 TEST_CASE("gpu frame: in films pictures are those of a new renderer to the bit") {
     const demo::ComputeDevice device;
     demo::RenderOptions options;
@@ -493,6 +537,9 @@ TEST_CASE("gpu frame: in films pictures are those of a new renderer to the bit")
     follow(demo::animate_spheres(), "area", {1.0, 0.25});
     follow(demo::animate_rooms(), "cache", {0.5, 1.0});
     follow(demo::animate_rooms(), "linked", {0.75});
+    follow(demo::animate_rooms(), "blur-cache", {0.5});
+    follow(demo::animate_spheres(), "express+map", {1.0});
+    follow(demo::animate_spheres(), "linked+volume", {1.0});
     follow(demo::animate_spheres(), "express", {1.5, 3.0});
     follow(demo::animate_park(), "whitted", {1.0, 2.0});
 }
@@ -567,10 +614,15 @@ TEST_CASE("gpu frame: what shaders do not know is refused by its name, and a can
         }
         return "nothing was thrown";
     };
-    for (const char* algorithm : {"blur-cache", "lmm", "linked+map", "express+volume", "shadow-map"})
+    for (const char* algorithm : {"shadow-map", "shadow-volume"})
         CHECK(message_of(algorithm, {}, small_picture()) ==
               "--on gpu does not know --algorithm " + std::string(algorithm) +
-                  "; it knows cache, whitted, area, linked, express");
+                  "; it knows cache, blur-cache, whitted, area, lmm, linked, express, lmm+map, linked+map, "
+                  "express+map, lmm+volume, linked+volume, express+volume");
+    demo::VisibilityOptions exact;
+    exact.settings.short_test = lightmesh::ShortTest::exact;
+    for (const char* algorithm : {"lmm", "lmm+map", "lmm+volume"})
+        CHECK(message_of(algorithm, exact, small_picture()) == "--on gpu does not know --short-test exact");
     demo::RenderOptions options = small_picture();
     options.ambient_rays = 4;
     CHECK(message_of("whitted", {}, options) == "--on gpu does not know ambient rays");
@@ -615,9 +667,8 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
         CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
         CHECK(ran.errors.starts_with("lightmesh-render: "));
     };
-    check_refused("-a lmm",
-                  "--on gpu does not know --algorithm lmm; it knows cache, whitted, area, linked, express");
-    check_refused("-a linked --save-mesh " + file("mesh"), "--on gpu does not know --save-mesh");
+    check_refused("-a lmm", "--on gpu does not know --short-test exact");
+    check_refused("-a shadow-map", "--on gpu does not know --algorithm shadow-map; it knows cache, ");
     check_refused("-a whitted --device none-such", "no device \"none-such\"");
     CHECK_FALSE(std::filesystem::exists(folder / "none.png"));
 }

@@ -14,20 +14,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace demo {
 
 /// A visibility cache on a device. As shaders ask for it the host finds the places of records and lists what
 /// they lack; shaders trace the rays to lamps. Where these are of no record, the host answers for the point.
+/// What records say by a light mesh the host finds.
 class CacheShadows {
 public:
     /// Descriptor set where shaders see the cache, the request buffer and the host's answers.
     static constexpr std::uint32_t set = 1;
 
-    /// For batches of up to so many pixels.
-    CacheShadows(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
-                 const VisibilityOptions& options, std::size_t pixels);
+    /// `algorithm`: cache or blur-cache. For batches of up to so many pixels. What the options know the cache
+    /// begins with.
+    CacheShadows(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
+                 const GpuScene& copy, const VisibilityOptions& options, std::size_t pixels);
     ~CacheShadows();
     CacheShadows(const CacheShadows&) = delete;
     CacheShadows& operator=(const CacheShadows&) = delete;
@@ -48,6 +51,8 @@ public:
     lightmesh::CacheStatistics statistics() const;
     /// By shaders.
     DeviceFill spent() const;
+    /// All that the cache knows.
+    std::vector<std::byte> snapshot() const;
 
 private:
     struct Parts;

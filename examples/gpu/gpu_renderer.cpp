@@ -85,7 +85,9 @@ std::span<const std::byte> bytes_in(const BatchWords& batch) {
 }  // namespace
 
 const std::vector<std::string>& GpuRenderer::algorithms() {
-    static const std::vector<std::string> names{"cache", "whitted", "area", "linked", "express"};
+    static const std::vector<std::string> names{
+        "cache",   "blur-cache", "whitted",     "area",       "lmm",           "linked",        "express",
+        "lmm+map", "linked+map", "express+map", "lmm+volume", "linked+volume", "express+volume"};
     return names;
 }
 
@@ -99,6 +101,8 @@ void GpuRenderer::check(const std::string& algorithm, const VisibilityOptions& v
         throw std::invalid_argument("--on gpu does not know --algorithm " + algorithm + "; it knows " +
                                     names);
     }
+    refuse(algorithm.starts_with("lmm") && visibility.settings.short_test == lightmesh::ShortTest::exact,
+           "--short-test exact");
     refuse(visibility.lights.has_value(), "pictures by some of the lights");
     refuse(options.ambient_rays != 0, "ambient rays");
     refuse(options.transparent_background, "transparent backgrounds");
@@ -113,20 +117,27 @@ void GpuRenderer::check(const std::string& algorithm, const VisibilityOptions& v
 namespace {
 
 bool asks_mesh(const std::string& algorithm) {
-    return algorithm == "linked" || algorithm == "express";
+    return algorithm.starts_with("lmm") || algorithm.starts_with("linked") ||
+           algorithm.starts_with("express");
+}
+
+bool asks_cache(const std::string& algorithm) {
+    return algorithm == "cache" || algorithm == "blur-cache";
 }
 
 /// With the short test that the algorithm stands for.
 VisibilityOptions with_short_test(VisibilityOptions visibility, const std::string& algorithm) {
-    visibility.settings.short_test =
-        algorithm == "linked" ? lightmesh::ShortTest::linked : lightmesh::ShortTest::none;
+    if (algorithm.starts_with("linked"))
+        visibility.settings.short_test = lightmesh::ShortTest::linked;
+    else if (algorithm.starts_with("express"))
+        visibility.settings.short_test = lightmesh::ShortTest::none;
     return visibility;
 }
 
 std::span<const std::uint32_t> shader_of(const std::string& algorithm, float quality) {
     if (asks_mesh(algorithm))
         return quality <= 4.0f ? std::span<const std::uint32_t>(mesh_4_words) : mesh_16_words;
-    if (algorithm == "cache")
+    if (asks_cache(algorithm))
         return cache_words;
     return algorithm == "area" ? std::span<const std::uint32_t>(area_words) : hard_words;
 }
@@ -141,8 +152,9 @@ struct GpuRenderer::Parts {
           waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
           colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
           round(on, sizeof(RoundWords)), mesh(mesh_of(algorithm, model, visibility)),
-          cache(algorithm == "cache" ? std::make_unique<CacheShadows>(on, model, scene, visibility, pixels)
-                                     : nullptr),
+          cache(asks_cache(algorithm)
+                    ? std::make_unique<CacheShadows>(on, algorithm, model, scene, visibility, pixels)
+                    : nullptr),
           trace(on, trace_words, bindings({}), sizeof(BatchWords)),
           shade(on, shader_of(algorithm, visibility.settings.quality),
                 bindings(mesh    ? mesh->bindings()
@@ -153,7 +165,7 @@ struct GpuRenderer::Parts {
 
     std::unique_ptr<MeshShadows> mesh_of(const std::string& algorithm, const EmbreeScene& model,
                                          const VisibilityOptions& visibility) const {
-        return asks_mesh(algorithm) ? std::make_unique<MeshShadows>(device, model, scene,
+        return asks_mesh(algorithm) ? std::make_unique<MeshShadows>(device, algorithm, model, scene,
                                                                     with_short_test(visibility, algorithm))
                                     : nullptr;
     }
@@ -316,6 +328,12 @@ std::optional<lightmesh::CacheStatistics> GpuRenderer::cache() const {
     if (!parts_->cache)
         return std::nullopt;
     return parts_->cache->statistics();
+}
+
+std::vector<std::byte> GpuRenderer::snapshot() const {
+    return parts_->mesh    ? parts_->mesh->snapshot()
+           : parts_->cache ? parts_->cache->snapshot()
+                           : std::vector<std::byte>{};
 }
 
 DeviceFill GpuRenderer::filled() const {

@@ -12,6 +12,7 @@
 #include <lightmesh/statistics.hpp>
 
 #include <atomic>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -62,6 +63,9 @@ public:
 
     /// Of the visibility cache, if there is one.
     std::optional<lightmesh::CacheStatistics> cache() const;
+
+    /// All that the light mesh or the cache knows; nothing where there is none.
+    std::vector<std::byte> snapshot() const;
 
 private:
     struct Parts;

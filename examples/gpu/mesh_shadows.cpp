@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/mesh_shadows.hpp"
 
+#include "gpu/ask_host.hpp"
 #include "gpu/listing.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/uploaded.hpp"
@@ -13,6 +14,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -24,34 +26,119 @@ namespace {
 /// Points that shaders can ask for at once.
 constexpr std::size_t request_capacity = std::size_t{1} << 16;
 
+/// The mesh that shaders have a copy of.
+class HostMesh {
+public:
+    virtual ~HostMesh() = default;
+
+    /// Finds what shaders lack at points, of which `uploaded` is the copy.
+    virtual void fill(std::span<const lightmesh::SurfacePoint> points, const UploadedMesh& uploaded,
+                      const std::atomic<bool>* cancel) = 0;
+    /// As of `MeshShadows`. Then it knows what its snapshots know: they have the lights in the order of a new
+    /// mesh, and know them by whole groups. Where the mesh knew more, it would find nothing to fill for a
+    /// point that lacks something in a shader.
+    virtual void update(const EmbreeScene& scene, const SceneChange& change) = 0;
+    virtual std::vector<std::byte> snapshot() const = 0;
+    virtual lightmesh::MeshStatistics statistics() const = 0;
+    /// By shaders.
+    virtual DeviceFill spent() const { return {}; }
+};
+
+/// Links by the host, long rays by shaders.
+class MeshByRays final : public HostMesh {
+public:
+    MeshByRays(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
+               const VisibilityOptions& options)
+        : mesh_(scene.intersector(), shapes_of_lights(scene.scene()), options.settings),
+          long_tests_(device, copy) {
+        if (!options.known.empty())
+            mesh_.merge(options.known);
+    }
+
+    void fill(std::span<const lightmesh::SurfacePoint> points, const UploadedMesh& uploaded,
+              const std::atomic<bool>* cancel) override {
+        const auto missing = list_on_all_threads<lightmesh::LongTestList>(
+            points, [&](auto some, auto& list) { mesh_.list_long_tests(some, list); });
+        long_tests_.bind(uploaded.bindings(LongTests::set));
+        mesh_.fill(missing, [&](auto words, auto seen) { long_tests_(words, seen, cancel); });
+    }
+
+    void update(const EmbreeScene& scene, const SceneChange& change) override {
+        follow_scene(mesh_, shapes_of_lights(scene.scene()), change);
+        mesh_.compact();
+    }
+
+    std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }
+    lightmesh::MeshStatistics statistics() const override { return mesh_.statistics(); }
+    DeviceFill spent() const override { return long_tests_.spent(); }
+
+private:
+    lightmesh::LightMesh<EmbreeIntersector> mesh_;
+    LongTests long_tests_;
+};
+
+/// All by the host: a mesh with long tests by shadow maps, which a Vulkan device may render, or by shadow
+/// volumes.
+class MeshByHost final : public HostMesh {
+public:
+    MeshByHost(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& options)
+        : shadows_(make_visibility(algorithm, scene, options)), light_count_(scene.scene().lights.size()) {}
+
+    void fill(std::span<const lightmesh::SurfacePoint> points, const UploadedMesh&,
+              const std::atomic<bool>* cancel) override {
+        ask_host(*shadows_, light_count_, points, cancel, [](std::size_t, std::span<const float>) {});
+    }
+
+    void update(const EmbreeScene& scene, const SceneChange& change) override {
+        light_count_ = scene.scene().lights.size();
+        shadows_->update(scene, change);
+        shadows_->compact();
+    }
+
+    std::vector<std::byte> snapshot() const override { return shadows_->snapshot(); }
+    lightmesh::MeshStatistics statistics() const override { return shadows_->mesh().value(); }
+
+private:
+    std::unique_ptr<Visibility> shadows_;
+    std::size_t light_count_;
+};
+
+/// Whether an algorithm's long tests are rays.
+bool is_by_rays(const std::string& algorithm) {
+    return algorithm.find('+') == std::string::npos;
+}
+
 }  // namespace
 
 struct MeshShadows::Parts {
-    Parts(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
-          const VisibilityOptions& options)
-        : mesh(scene.intersector(), shapes_of_lights(scene.scene()), options.settings),
-          uploaded(device, mesh.snapshot()), long_tests(device, copy),
+    Parts(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
+          const GpuScene& copy, const VisibilityOptions& options)
+        : mesh(mesh_of(device, algorithm, scene, copy, options)), uploaded(device, mesh->snapshot()),
           no_requests(lightmesh::empty_requests(request_capacity)), requests(device, no_requests) {}
 
-    void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
-        const auto missing = list_on_all_threads<lightmesh::LongTestList>(
-            points, [&](auto some, auto& list) { mesh.list_long_tests(some, list); });
-        long_tests.bind(uploaded.bindings(LongTests::set));
-        mesh.fill(missing, [&](auto words, auto seen) { long_tests(words, seen, cancel); });
-        uploaded.update(mesh.snapshot());
+    static std::unique_ptr<HostMesh> mesh_of(const ComputeDevice& device, const std::string& algorithm,
+                                             const EmbreeScene& scene, const GpuScene& copy,
+                                             const VisibilityOptions& options) {
+        if (is_by_rays(algorithm))
+            return std::make_unique<MeshByRays>(device, scene, copy, options);
+        return std::make_unique<MeshByHost>(algorithm, scene, options);
     }
 
-    lightmesh::LightMesh<EmbreeIntersector> mesh;
+    void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
+        mesh->fill(points, uploaded, cancel);
+        uploaded.update(mesh->snapshot());
+    }
+
+    std::unique_ptr<HostMesh> mesh;
     UploadedMesh uploaded;
-    LongTests long_tests;
     std::vector<std::byte> no_requests;
     ComputeBuffer requests;
     std::vector<std::array<float, 7>> asked_before;  ///< positions, normals and footprints, sorted
 };
 
-MeshShadows::MeshShadows(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
-                         const VisibilityOptions& options)
-    : parts_(std::make_unique<Parts>(device, scene, copy, options)) {}
+MeshShadows::MeshShadows(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
+                         const GpuScene& copy, const VisibilityOptions& options)
+    : parts_(std::make_unique<Parts>(device, algorithm, scene, copy, options)) {}
 
 MeshShadows::~MeshShadows() = default;
 
@@ -59,11 +146,8 @@ void MeshShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     parts_->asked_before.clear();
     if (!change.changes_shadows())
         return;
-    follow_scene(parts_->mesh, shapes_of_lights(scene.scene()), change);
-    // Snapshots have the lights in the order of a new mesh, and know them by whole groups: where the mesh
-    // knew more, it would find nothing to fill for a point that lacks something in a shader.
-    parts_->mesh.compact();
-    parts_->uploaded.update(parts_->mesh.snapshot());
+    parts_->mesh->update(scene, change);
+    parts_->uploaded.update(parts_->mesh->snapshot());
 }
 
 std::vector<ComputeBinding> MeshShadows::bindings() const {
@@ -98,11 +182,15 @@ MeshShadows::Asked MeshShadows::fill(const std::atomic<bool>* cancel) {
 }
 
 lightmesh::MeshStatistics MeshShadows::statistics() const {
-    return parts_->mesh.statistics();
+    return parts_->mesh->statistics();
 }
 
-const DeviceFill& MeshShadows::spent() const {
-    return parts_->long_tests.spent();
+std::vector<std::byte> MeshShadows::snapshot() const {
+    return parts_->mesh->snapshot();
+}
+
+DeviceFill MeshShadows::spent() const {
+    return parts_->mesh->spent();
 }
 
 }  // namespace demo

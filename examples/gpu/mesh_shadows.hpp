@@ -11,20 +11,24 @@
 #include <lightmesh/statistics.hpp>
 
 #include <atomic>
+#include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace demo {
 
 /// A light mesh on a device. As shaders ask for it the host lists what is missing and links light points;
-/// shaders trace the long tests.
+/// shaders trace the long tests. Where these are not by rays, the host finds them, too.
 class MeshShadows {
 public:
     /// Descriptor set where shaders see the mesh and the request buffer.
     static constexpr std::uint32_t set = 1;
 
-    MeshShadows(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
-                const VisibilityOptions& options);
+    /// `algorithm`: one with a mesh; the short test is that of the options. What they know the mesh begins
+    /// with.
+    MeshShadows(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
+                const GpuScene& copy, const VisibilityOptions& options);
     ~MeshShadows();
     MeshShadows(const MeshShadows&) = delete;
     MeshShadows& operator=(const MeshShadows&) = delete;
@@ -46,7 +50,9 @@ public:
 
     lightmesh::MeshStatistics statistics() const;
     /// By shaders.
-    const DeviceFill& spent() const;
+    DeviceFill spent() const;
+    /// All that the mesh knows.
+    std::vector<std::byte> snapshot() const;
 
 private:
     struct Parts;

@@ -87,17 +87,22 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
+SceneCache begun_cache_of(const EmbreeScene& scene, const VisibilityOptions& options) {
     SceneCache cache = cache_of(scene, options);
     if (!options.known.empty()) {
         require_same_sizes(options.known, lamps_of(scene, options));
         cache.merge(options.known);
     }
+    return cache;
+}
+
+std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
     VisibilityOptions for_lamps;
     for_lamps.settings = options.settings;
     for_lamps.light_size = options.light_size;
     for_lamps.lights = options.lights;
-    return std::make_unique<CacheVisibility<SceneCache>>(std::move(cache), lamps_of, std::move(for_lamps));
+    return std::make_unique<CacheVisibility<SceneCache>>(begun_cache_of(scene, options), lamps_of,
+                                                         std::move(for_lamps));
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {

@@ -68,6 +68,7 @@ public:
         return true;
     }
     void begin_frame() override { mesh_.begin_frame(); }
+    void compact() override { mesh_.compact(); }
 
     std::optional<lightmesh::MeshStatistics> mesh() const override { return mesh_.statistics(); }
     std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }

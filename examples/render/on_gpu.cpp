@@ -17,10 +17,6 @@ namespace demo {
 #ifdef LIGHTMESH_WITH_GPU
 Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
                const RenderOptions& options) {
-    if (!visibility.known.empty())
-        throw std::invalid_argument("--on gpu does not know --mesh");
-    if (visibility.keep_snapshot)
-        throw std::invalid_argument("--on gpu does not know --save-mesh");
     Run made = run_begun(algorithm, scene, visibility);
     const Stopwatch stopwatch;
     GpuRenderer::check(algorithm, visibility, options);
@@ -37,6 +33,8 @@ Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const Vis
     made.cache = renderer.cache();
     made.bytes = made.mesh ? made.mesh->bytes : made.cache ? made.cache->bytes : 0;
     made.seconds_device = picture.seconds_device;
+    if (visibility.keep_snapshot)
+        made.snapshot = renderer.snapshot();
     return made;
 }
 

@@ -17,4 +17,8 @@ inline SceneCache cache_of(const EmbreeScene& scene, const VisibilityOptions& op
     return {scene.intersector(), lamps_of(scene, options), cache_settings_of(options)};
 }
 
+/// One that begins with `VisibilityOptions::known`. Throws also what `merge` throws, and std::runtime_error
+/// that tells the sizes if that was found for lamps of other ones.
+SceneCache begun_cache_of(const EmbreeScene& scene, const VisibilityOptions& options);
+
 }  // namespace demo

@@ -70,6 +70,10 @@ public:
     /// unused is forgotten. Nothing that `find` tells depends on it. Not while another thread uses this.
     virtual void begin_frame() {}
 
+    /// Forgets what `snapshot` leaves out. Nothing that `find` tells depends on it. Not while another thread
+    /// uses this.
+    virtual void compact() {}
+
     /// Of the light mesh, if there is one.
     virtual std::optional<lightmesh::MeshStatistics> mesh() const { return std::nullopt; }
     /// Of the visibility cache, if there is one.
