@@ -8,6 +8,8 @@
 #
 #   benchmarks/gpu.sh                  the first GPU that there is
 #   benchmarks/gpu.sh --device NAME    a device by a part of its name, or by its number
+#   benchmarks/gpu.sh --frames         only whole pictures, without a GPU of 160x120 pixels; that takes lavapipe half an hour
+#                                      on two cores. --device may follow
 #
 # LIGHTMESH_BUILD_DIR: where to build, instead of build/ beside this folder.
 set -euo pipefail
@@ -16,6 +18,9 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LIGHTMESH_BUILD_DIR:-$root/build}/benchmarks
 most_seconds=360
 benchmarks=(lightmesh-gpu-benchmark lightmesh-gpu-cache-benchmark lightmesh-gpu-frame-benchmark)
+if [ "${1:-}" = --frames ]; then
+    benchmarks=(lightmesh-gpu-frame-benchmark)
+fi
 
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF

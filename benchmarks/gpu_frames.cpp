@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 
 // Rays and whole pictures by shaders, held against Embree and the CPU's renderer and timed:
-// lightmesh-gpu-frame-benchmark [--device NAME]. On a CPU that plays a GPU all is small: there it is about
-// what comes out, not about times.
+// lightmesh-gpu-frame-benchmark [--frames] [--device NAME]. On a CPU that plays a GPU all is small: there it
+// is about what comes out, not about times; with --frames pictures have 160 x 120 pixels there, and nothing
+// else is run.
 
 #include "gpu/cache_fill.hpp"
 #include "gpu/gpu_rays.hpp"
@@ -36,6 +37,7 @@
 #include <cstdio>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -221,12 +223,13 @@ struct Frame {
     bool is_same;  ///< as the CPU's, but for one pixel in 1,000
     double cold;   ///< seconds
 };
-Frame time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, const std::string& algorithm) {
+Frame time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, const std::string& algorithm,
+                  bool only_frames) {
     const demo::EmbreeScene embree(scene);
     const demo::VisibilityOptions visibility = demo::options_of(scene);
     demo::RenderOptions options;
     const bool is_filled = algorithm != "whitted";
-    options.width = !device.is_cpu() ? 1920 : is_filled ? 24 : 160;
+    options.width = !device.is_cpu() ? 1920 : is_filled && !only_frames ? 24 : 160;
     options.height = options.width * 3 / 4;
     demo::RenderStatistics statistics;
     const auto shadows = demo::make_visibility(algorithm, embree, visibility);
@@ -246,7 +249,7 @@ Frame time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, c
     return {others <= most_differing, cold};
 }
 
-bool run(const demo::ComputeDevice& device) {
+bool run_rays_and_fills(const demo::ComputeDevice& device) {
     std::printf(
         "| scene | rays | number | ms | G rays/s | differ from Embree's |\n|---|---|--:|--:|--:|--:|\n");
     bool are_same = time_rays(device, demo::make_park());
@@ -263,6 +266,11 @@ bool run(const demo::ComputeDevice& device) {
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
         for (const bool shaft_rows : {false, true})
             are_same &= time_lamp_rays(device, scene, shaft_rows);
+    return are_same;
+}
+
+bool run(const demo::ComputeDevice& device, bool only_frames) {
+    bool are_same = only_frames || run_rays_and_fills(device);
     std::printf("\n| scene | shadows | picture | CPU, cold: ms | device and host, cold: ms | again: ms | of "
                 "that shaders: ms | rays to fill, by shaders | their dispatches | pixels that differ by more "
                 "than a step, %% |\n"
@@ -271,7 +279,7 @@ bool run(const demo::ComputeDevice& device) {
     double cold_linked = 0.0;
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
         for (const std::string algorithm : {"whitted", "cache", "linked", "express"}) {
-            const Frame frame = time_frames(device, scene, algorithm);
+            const Frame frame = time_frames(device, scene, algorithm, only_frames);
             are_same &= frame.is_same;
             if (scene.name == "park" && algorithm == "cache")
                 cold_cache = frame.cold;
@@ -287,5 +295,9 @@ bool run(const demo::ComputeDevice& device) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    return bench::run_on_device("lightmesh-gpu-frame-benchmark", argc, argv, run);
+    const bool only_frames = argc > 1 && std::string_view(argv[1]) == "--frames";
+    const int skipped = only_frames ? 1 : 0;
+    argv[skipped] = argv[0];
+    return bench::run_on_device("lightmesh-gpu-frame-benchmark", argc - skipped, argv + skipped,
+                                [&](const demo::ComputeDevice& device) { return run(device, only_frames); });
 }

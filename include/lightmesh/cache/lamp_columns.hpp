@@ -3,6 +3,7 @@
 
 #include <lightmesh/cache/lamp.hpp>
 #include <lightmesh/cache/row.hpp>
+#include <lightmesh/mesh/light_order.hpp>
 #include <lightmesh/mesh/light_shape.hpp>
 
 #include <array>
@@ -16,6 +17,7 @@ namespace lightmesh::detail {
 struct LampColumns {
     std::array<double, lamps_per_tile> at_x{}, at_y{}, at_z{}, w{}, range_squared{}, extent{};
     bool has_ranges = false;
+    ReachBox box;
 
     void set(std::size_t l, const Lamp& lamp) {
         const LightShape& shape = lamp.shape();
@@ -27,6 +29,7 @@ struct LampColumns {
         const auto range = static_cast<double>(shape.range);
         range_squared[l] = shape.reaches_nothing() ? -1.0 : range * range;
         has_ranges |= shape.range < std::numeric_limits<float>::infinity();
+        box.include(ball_of(shape));
     }
 };
 

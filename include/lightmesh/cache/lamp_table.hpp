@@ -101,7 +101,7 @@ private:
 
         std::uint64_t grazing(std::size_t size, const glm::vec3& point, const glm::vec3& normal,
                               float sine_squared) const {
-            const auto& [at_x, at_y, at_z, w, range_squared, extent, has_ranges] = columns;
+            const auto& [at_x, at_y, at_z, w, range_squared, extent, has_ranges, box] = columns;
             const glm::dvec3 n(normal);
             const glm::dvec3 p(point);
             std::uint64_t mask = 0;
@@ -122,6 +122,8 @@ private:
 
         std::uint64_t reaching(const CacheKernels& kernels, std::size_t size, const glm::vec3& point,
                                const glm::vec3& normal) const {
+            if (!columns.box.holds(point))
+                return 0;
             std::uint64_t mask = kernels.find_reaching(columns, size, point, normal);
             if (size < 64)
                 mask &= (std::uint64_t{1} << size) - 1u;

@@ -200,8 +200,8 @@ private:
             const detail::LightColumns& tile = table.tile(t);
             const std::size_t head = light_tile_words * t;
             for (int axis = 0; axis < 3; ++axis) {
-                to.set(head + static_cast<std::size_t>(axis), tile.box_low[axis]);
-                to.set(head + 3 + static_cast<std::size_t>(axis), tile.box_high[axis]);
+                to.set(head + static_cast<std::size_t>(axis), tile.box.low[axis]);
+                to.set(head + 3 + static_cast<std::size_t>(axis), tile.box.high[axis]);
             }
             to.set(head + 6, tile.largest_at);
             for (std::size_t l = 0; l < static_cast<std::size_t>(table.tile_size(t)); ++l)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lightmesh/mesh/light_shape.hpp>
+#include <lightmesh/support/vectors.hpp>
 
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
@@ -27,6 +28,24 @@ struct LightBall {
 inline LightBall ball_of(const LightShape& shape) {
     return shape.is_directional ? LightBall{} : LightBall{shape.at, shape.range};
 }
+
+/// A box around all that some lights can reach, by their ranges.
+struct ReachBox {
+    glm::vec3 low{std::numeric_limits<float>::infinity()};
+    glm::vec3 high{-std::numeric_limits<float>::infinity()};
+
+    void include(const LightBall& ball) {
+        // Wider by some roundings, so that no point is left out that is in range.
+        const float range = 1.00001f * ball.range + 1e-6f * largest_component(ball.centre);
+        low = (glm::min)(low, ball.centre - range);
+        high = (glm::max)(high, ball.centre + range);
+    }
+
+    bool holds(const glm::vec3& point) const {
+        return (point.x >= low.x) & (point.y >= low.y) & (point.z >= low.z) & (point.x <= high.x) &
+               (point.y <= high.y) & (point.z <= high.z);
+    }
+};
 
 /// The order in which a mesh keeps its lights. Those with a range stand behind all others and along a Morton
 /// curve, so that lights next to each other in memory are so in space: what few of them reach is told from

@@ -44,9 +44,7 @@ struct LightColumns {
     std::uint64_t exists = 0;      ///< slots with a light
     bool has_ranges = false;
     float largest_at = 0.0f;  ///< the greatest sum of the magnitudes of x, y and z
-    /// The box around all that the lights can reach.
-    glm::vec3 box_low{std::numeric_limits<float>::infinity()};
-    glm::vec3 box_high{-std::numeric_limits<float>::infinity()};
+    ReachBox box;
 
     void set(std::size_t l, const LightShape& shape) {
         at_x[l] = shape.at.x;
@@ -66,12 +64,7 @@ struct LightColumns {
             cones.resize(lights_per_tile);
             cones[l] = shape.cone;
         }
-        include(ball_of(shape));
-    }
-
-    bool may_reach(const glm::vec3& point) const {
-        return (point.x >= box_low.x) & (point.y >= box_low.y) & (point.z >= box_low.z) &
-               (point.x <= box_high.x) & (point.y <= box_high.y) & (point.z <= box_high.z);
+        box.include(ball_of(shape));
     }
 
     /// chi of equation (3) and the range. Products of two floats are exact in double: the answer does not
@@ -104,13 +97,6 @@ private:
         std::array<double, lights_per_tile> column;
         column.fill(-1.0);
         return column;
-    }
-
-    void include(const LightBall& ball) {
-        // Wider by some roundings, so that no point is left out that is in range.
-        const float range = 1.00001f * ball.range + 1e-6f * largest_component(ball.centre);
-        box_low = (glm::min)(box_low, ball.centre - range);
-        box_high = (glm::max)(box_high, ball.centre + range);
     }
 };
 

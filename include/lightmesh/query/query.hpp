@@ -376,6 +376,9 @@ private:
     /// Equation (3) for all points. Where long tests turn out to be missing, those of the whole block are
     /// found first; beside these nothing is traced but the shadow rays of points without neighbours.
     void count() {
+        for (const QueryPoint& point : points())
+            if (begins_with_zeros(point))
+                fill_row(point, 0.0f);
         for (std::size_t t = 0; t < lights().tile_count(); ++t) {
             Tally tally(mesh_, kernels_, t);
             std::uint32_t counted_groups = 0;
@@ -443,6 +446,13 @@ private:
         return short_test() == ShortTest::exact && point.share != 1.0f && !point.is_tested;
     }
 
+    /// Whether all of a point's row is set to 0 at once, before its tiles are given: where the values of a
+    /// tile stand apart in it, one by one would take longer, and of thousands of lights with ranges few tiles
+    /// reach.
+    bool begins_with_zeros(const QueryPoint& point) const {
+        return point.share == 1.0f && !lights().order().is_given();
+    }
+
     /// Writes the values of a tile to the point's row; null: all 0.
     void give(const QueryPoint& point, std::size_t tile, const float* values) {
         const std::span<float> result = row(point);
@@ -462,8 +472,10 @@ private:
                 std::fill_n(result.data() + first, size, 0.0f);
             return;
         }
+        if (values == nullptr)
+            return;
         for (std::size_t l = 0; l < size; ++l)
-            result[lights().order().light_at(first + l)] = values != nullptr ? values[l] : 0.0f;
+            result[lights().order().light_at(first + l)] = values[l];
     }
 
     /// The short test of equation (2) by rays, where it can change the result.

@@ -16,7 +16,7 @@ namespace lightmesh::detail {
 inline std::uint64_t find_reaching(const LightTable& lights, const Kernels& kernels, std::size_t tile,
                                    const glm::vec3& point, const glm::vec3& unit_normal) {
     const LightColumns& columns = lights.tile(tile);
-    if (!columns.may_reach(point))
+    if (!columns.box.holds(point))
         return 0;
     std::uint64_t reaching = kernels.find_facing(columns, point, unit_normal);
     if (!columns.cones.empty())
