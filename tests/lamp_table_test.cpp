@@ -58,6 +58,7 @@ TEST_CASE(
         lights.push_back(DirectionalLight{{0.0f, 0.6f, 0.8f}});
         const LampTable table(lights);
         std::size_t reaching_count = 0;
+        std::size_t wrong = 0;
         for (int i = 0; i < 400; ++i) {
             const glm::vec3 point(scale * random.in_box({-5.0, -5.0, -1.0}, {105.0, 35.0, 4.0}));
             const glm::vec3 normal(0.0f, 0.28f, 0.96f);
@@ -65,7 +66,7 @@ TEST_CASE(
             REQUIRE(reaching.size() == lights.size());
             for (std::size_t l = 0; l < lights.size(); ++l) {
                 const LampTable alone(std::vector<Light>{lights[l]});
-                REQUIRE(reaching[l] == reaching_in(alone, point, normal)[0]);
+                wrong += reaching[l] != reaching_in(alone, point, normal)[0] ? 1u : 0u;
                 reaching_count += reaching[l] ? 1u : 0u;
                 if (const auto* lamp = std::get_if<PointLight>(&lights[l])) {
                     const glm::dvec3 offset = glm::dvec3(lamp->position) - glm::dvec3(point);
@@ -74,10 +75,11 @@ TEST_CASE(
                     // Nearer to the limits than this, roundings decide.
                     const double slack = 1e-6 * scale;
                     if (std::abs(distance - lamp->range) > slack && std::abs(height) > slack)
-                        REQUIRE(reaching[l] == (distance < lamp->range && height > 0.0));
+                        wrong += reaching[l] != (distance < lamp->range && height > 0.0) ? 1u : 0u;
                 }
             }
         }
+        CHECK(wrong == 0);
         CHECK(reaching_count > 1000);
         CHECK(reaching_count < 10000);
     }
