@@ -62,7 +62,13 @@ public:
     /// Lights of unknown groups get numbers that mean nothing.
     const std::uint16_t* counts() const { return counts_.data(); }
 
+    /// Must come first. Until then nothing is written: of thousands of lights with ranges few tiles reach a
+    /// point.
     void start_anew() {
+        if (!has_begun_) {
+            has_begun_ = true;
+            forget();
+        }
         counts_.fill(0);
         added_.clear();
         removed_.clear();
@@ -190,10 +196,11 @@ private:
     const MeshView& mesh_;
     const Kernels& kernels_;
     std::size_t tile_;
-    std::uint64_t missing_ = 0;              ///< units that are wanted but not known
-    std::array<const Brick*, 64> bricks_{};  ///< of `known_`, or null
+    bool has_begun_ = false;
+    std::uint64_t missing_ = 0;            ///< units that are wanted but not known
+    std::array<const Brick*, 64> bricks_;  ///< of `known_`, or null
     std::array<KnownBrick, 64> known_;
-    alignas(64) std::array<std::uint16_t, lights_per_tile> counts_{};
+    alignas(64) std::array<std::uint16_t, lights_per_tile> counts_;
     Cells added_;
     Cells removed_;
 };

@@ -95,6 +95,7 @@ inline void query_view(const MeshView& mesh, const glm::vec3& position, const gl
         alignas(64) std::array<float, lights_per_tile> values{};
         if (known_groups != 0) {
             Tally tally(mesh, kernels(), t);
+            tally.start_anew();
             for (const BrickPoints& entry : std::span(entries).first(size)) {
                 const std::uint64_t units = cells_in(entry.points) & every_byte;
                 for (std::uint64_t rest = mesh.missing(*entry.brick, t, units * 0xff); rest != 0;
