@@ -452,7 +452,7 @@ struct LightMeshPoint {
     ivec3 low;        // the light point at the corner of the eight around the place in front of P
     ivec3 fraction;   // where that place lies between these, of 1024
     uint left;        // which of the eight were not sought yet
-    int far_seeds;    // how many others were
+    int far_seeds;    // how many of twelve others were; 13: all
     int size;         // number of light points of the hemisphere; -1: not counted yet
     int linked;       // of those that floods reach
 };
@@ -829,6 +829,12 @@ bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
 }
 
 #ifndef LIGHTMESH_NO_RAYS
+// The light point of a bit of a brick.
+ivec3 lightmesh_point_of(ivec3 brick, int bit) {
+    int cell = bit >> 3;
+    return 4 * brick + ivec3(2 * (cell & 1) + (bit & 1), 2 * (cell >> 1 & 1) + (bit >> 1 & 1), 2 * (cell >> 2) + (bit >> 2 & 1));
+}
+
 // The light point of this number, in the order of bricks and bits.
 ivec3 lightmesh_point_at(LightMeshPoint p, int number) {
     for (int z = 0; z < p.hemisphere.bricks.z; ++z)
@@ -849,13 +855,30 @@ ivec3 lightmesh_point_at(LightMeshPoint p, int number) {
                     for (; number > 0; --number)
                         rest &= rest - 1u;
                     bit += findLSB(rest);
-                    int cell = bit >> 3;
-                    return 4 * (p.hemisphere.first + ivec3(x + i, y, z)) +
-                           ivec3(2 * (cell & 1) + (bit & 1), 2 * (cell >> 1 & 1) + (bit >> 1 & 1),
-                                 2 * (cell >> 2) + (bit >> 2 & 1));
+                    return lightmesh_point_of(p.hemisphere.first + ivec3(x + i, y, z), bit);
                 }
             }
     return ivec3(0);
+}
+
+// The first light point of the hemisphere that P sees, in the same order; false if it sees none.
+bool lightmesh_find_seen(LightMeshPoint p, out ivec3 seen) {
+    for (int z = 0; z < p.hemisphere.bricks.z; ++z)
+        for (int y = 0; y < p.hemisphere.bricks.y; ++y)
+            for (int x = 0; x < p.hemisphere.bricks.x; x += 3) {
+                LightMeshMasks masks = lightmesh_masks(p.hemisphere, ivec3(x, y, z));
+                for (int i = 0; i < 6; ++i) {
+                    uvec2 mask = masks.of[i >> 1];
+                    for (uint rest = (i & 1) == 0 ? mask.x : mask.y; rest != 0u; rest &= rest - 1u) {
+                        int bit = findLSB(rest) + 32 * (i & 1);
+                        seen = lightmesh_point_of(p.hemisphere.first + ivec3(x + (i >> 1), y, z), bit);
+                        if (lightmesh_is_open(p.end, lightmesh_light_point(p.level, seen)))
+                            return true;
+                    }
+                }
+            }
+    seen = ivec3(0);
+    return false;
 }
 
 bool lightmesh_is_reached(LightMeshPoint p, ivec3 light_point) {
@@ -943,6 +966,19 @@ const int lightmesh_no_flood = 1;     // P sees such a seed, but nobody looked w
 const int lightmesh_no_seed = 2;      // there is none left
 const int lightmesh_wants_size = 3;   // of the hemisphere, to find seeds far from P
 
+// Adds the flood of a seed that P sees.
+int lightmesh_add_flood(inout LightMeshPoint p, ivec3 seed) {
+    uint flood = lightmesh_find_flood(p.level, seed);
+    if (flood == 0u)
+        return lightmesh_no_flood;
+    if (p.floods.count == 0)
+        p.floods.first = flood;
+    else
+        p.floods.others[p.floods.count - 1] = flood;
+    ++p.floods.count;
+    return lightmesh_found_flood;
+}
+
 int lightmesh_seek_flood(inout LightMeshPoint p, out ivec3 seed) {
     seed = ivec3(0);
     while (true) {
@@ -953,22 +989,14 @@ int lightmesh_seek_flood(inout LightMeshPoint p, out ivec3 seed) {
         } else {
             if (p.size < 0)
                 return lightmesh_wants_size;
-            if (p.far_seeds == 12 || 4 * p.linked >= p.size)
+            if (4 * p.linked >= p.size || p.far_seeds == 13 || (p.far_seeds == 12 && p.linked > 0))
                 return lightmesh_no_seed;
-            seed = lightmesh_point_at(p, (2 * p.far_seeds + 1) * p.size / 24);
-            ++p.far_seeds;
+            if (p.far_seeds++ == 12)
+                return lightmesh_find_seen(p, seed) ? lightmesh_add_flood(p, seed) : lightmesh_no_seed;
+            seed = lightmesh_point_at(p, (2 * p.far_seeds - 1) * p.size / 24);
         }
-        if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(p.level, seed)))
-            continue;
-        uint flood = lightmesh_find_flood(p.level, seed);
-        if (flood == 0u)
-            return lightmesh_no_flood;
-        if (p.floods.count == 0)
-            p.floods.first = flood;
-        else
-            p.floods.others[p.floods.count - 1] = flood;
-        ++p.floods.count;
-        return lightmesh_found_flood;
+        if (!lightmesh_is_reached(p, seed) && lightmesh_is_open(p.end, lightmesh_light_point(p.level, seed)))
+            return lightmesh_add_flood(p, seed);
     }
 }
 #endif
