@@ -471,10 +471,11 @@ private:
         if (range < std::numeric_limits<double>::infinity())
             answer = both(answer, greater(range, length, relative_band * range + band));
         if (const auto* spot = std::get_if<lightmesh::SpotLight>(&lights_[light])) {
-            const double cosine = -glm::dot(glm::normalize(Vec(spot->axis)), way) / length;
-            const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
+            const Vec axis = glm::normalize(Vec(spot->axis));
+            const double angle = std::atan2(glm::length(glm::cross(axis, way)), -glm::dot(axis, way));
+            const auto cone = static_cast<double>(spot->cone);
             if (spot->cone < 3.14159f)
-                answer = both(answer, greater(static_cast<double>(spot->cone), angle, 1e-3));
+                answer = both(answer, greater(cone, angle, 1e-3 * (std::min)(cone, 1.0)));
         }
         return answer;
     }
