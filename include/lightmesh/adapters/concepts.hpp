@@ -35,7 +35,7 @@
 /// compile time, with one sentence (see `diagnostics.hpp`); `check_tracer` tests at run time what no compiler
 /// can.
 ///
-/// What holds for all of them:
+/// All of them:
 /// * Adapters are copied into the mesh or the cache, or moved if they are handed over so, and live as long as
 ///   it does: make them handles to the scene, not the scene. That holds for `Occluders`, too.
 /// * What they lead to outlives the mesh. While a query, a fill or an update runs it does not change. Between

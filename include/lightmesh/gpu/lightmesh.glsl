@@ -60,7 +60,7 @@
 #endif
 
 #ifndef LIGHTMESH_NO_RAYS
-// Whether nothing lies on the segment between two points, world units. Yours to define.
+// True if nothing lies on the segment between two points, world units. Yours to define.
 bool lightmesh_is_open(vec3 from, vec3 to);
 #endif
 
@@ -277,7 +277,7 @@ uint lightmesh_tile_size(uint tile) {
     return min(64u, lightmesh.light_count - 64u * tile);
 }
 
-// Where a light stands in the buffer; its slot is 64 * tile + l.
+// The place of a light in the buffer; its slot is 64 * tile + l.
 uint lightmesh_light(uint slot) {
     return lightmesh_light_tile_fours * lightmesh_tile_count() + lightmesh_light_fours * slot;
 }
@@ -313,7 +313,7 @@ LightMeshCone lightmesh_cone_of(uint light) {
     return LightMeshCone(uvec2[3](uvec2(first.w, second.x), second.yz, uvec2(second.w, third.x)), third.yz);
 }
 
-// Whether a light's cone holds the offset from the light to a point; exact.
+// True if a light's cone holds the offset from the light to a point; exact.
 bool lightmesh_cone_holds(LightMeshCone cone, vec3 offset, bool is_wide) {
     uvec2 along = uvec2(0u), across = uvec2(0u);
     for (int i = 0; i < 3; ++i) {
@@ -349,7 +349,7 @@ bool lightmesh_in_cone(uint light, vec3 offset, bool is_wide) {
     return is_wide ? along > 0.0 || difference < 0.0 : along > 0.0 && difference > 0.0;
 }
 
-// Whether a light that P may face reaches P. `is_clear`: whether floats tell that P faces it.
+// True if a light that P may face reaches P. `is_clear`: whether floats tell that P faces it.
 bool lightmesh_reaches(uint light, uint kind, vec3 at, vec3 offset, vec3 P, vec3 n, bool is_clear) {
     if ((kind & lightmesh_reaches_nothing) != 0u)
         return false;
@@ -426,7 +426,7 @@ struct LightMeshHemisphere {
     int lowest_height;
 };
 
-// What the seeds that P sees reach.
+// The floods of the seeds that P sees.
 struct LightMeshFloods {
     int count;
     uint first;
@@ -579,7 +579,7 @@ LightMeshCoordinate lightmesh_coordinate(int level, int axis, float position) {
     return LightMeshCoordinate(whole, part, left, is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
 }
 
-// Where P lies along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
+// The position of P along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
 // one's first light point on in 2^-f steps.
 struct LightMeshReach {
     int first;
@@ -656,7 +656,7 @@ bool lightmesh_find_hemisphere(inout LightMeshPoint p) {
 
 // ---- bricks
 
-// Where the directory's words of a region of 4 x 4 x 4 bricks of a level begin; 0 if there is none.
+// The place where the directory's words of a region of 4 x 4 x 4 bricks of a level begin; 0 if there is none.
 uint lightmesh_find_region(int level, ivec3 region) {
     uvec3 r = uvec3(region);
     uint hash = r.x * 0x9e3779b1u ^ r.y * 0x85ebca77u ^ r.z * 0xc2b2ae3du ^ uint(level) * 0x27d4eb2fu;
@@ -670,7 +670,7 @@ uint lightmesh_find_region(int level, ivec3 region) {
     }
 }
 
-// Where the record of a brick stands, given its region; lightmesh_no_brick if it is not there.
+// The place of a brick's record, given its region; lightmesh_no_brick if it is not there.
 uint lightmesh_brick_of(uint region, ivec3 coord) {
     if (region == 0u)
         return lightmesh_no_brick;
@@ -722,7 +722,7 @@ uint lightmesh_find_flood(int level, ivec3 seed) {
     return (rank & 1) == 0 ? at.x : at.y;
 }
 
-// What a flood reaches in a brick.
+// The light points that a flood reaches in a brick.
 uvec2 lightmesh_reached(uint flood, ivec3 coord) {
     uint at = flood - 1u;
     ivec3 p = coord - ivec3(lightmesh_bits[at >> 1].xyz);
@@ -889,7 +889,7 @@ bool lightmesh_is_reached(LightMeshPoint p, ivec3 light_point) {
     return ((bit < 32u ? reached.x : reached.y) >> (bit & 31u) & 1u) != 0u;
 }
 
-// Where seeds are sought along an axis, in front of P: the light point below, and 1024ths of a step beyond it.
+// The place where seeds are sought along an axis, in front of P: the light point below, and 1024ths of a step beyond it.
 struct LightMeshInFront {
     int low;
     int fraction;
@@ -1171,7 +1171,7 @@ bool lightmesh_sees_light(uint of_level, ivec3 brick, uint p, uint slot) {
 }
 #endif
 
-// What a pass over the hemisphere finds of a tile of lights.
+// The findings of a pass over the hemisphere for a tile of lights.
 struct LightMeshPass {
     int size;             // number of light points
     int linked;           // of these that floods reach; all without the linked short test
@@ -1385,7 +1385,7 @@ uint lightmesh_count_of(LightMeshTile tile, uint l) {
     return reaching != 0u ? count : 0u;
 }
 
-// Whether S of light l of a tile is not known.
+// True if S of light l of a tile is not known.
 bool lightmesh_is_missing(LightMeshTile tile, uint l) {
     return ((l < 32u ? tile.missing.x : tile.missing.y) >> (l & 31u) & 1u) != 0u;
 }

@@ -21,7 +21,7 @@ struct PointBatch {
     std::span<const glm::vec3> positions;
     std::span<const glm::vec3> normals;
     std::span<const std::uint32_t> rows{};  ///< of the result; empty: in their order
-    /// How much of what is in a row is replaced by the point's values; empty: 1 for each.
+    /// The share of what is in a row that the point's values replace; empty: 1 for each.
     std::span<const float> shares{};
 
     std::size_t size() const { return positions.size(); }
@@ -81,7 +81,7 @@ struct QueryPoint {
     }
 
 private:
-    /// What is linked already has hardly more to add.
+    /// True if a light point is linked already: it has hardly more to add.
     static bool is_linked(const BrickPoints* entry, int bit) { return (entry->linked >> bit & 1) != 0; }
 };
 
