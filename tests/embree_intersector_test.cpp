@@ -101,7 +101,7 @@ void check_answers(const demo::Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("Embree's packets and streams and single rays have the same answers") {
+TEST_CASE("packets and streams and single rays of Embree have the same answers") {
     SUBCASE("in rooms") {
         check_answers(demo::make_rooms());
     }
@@ -113,7 +113,7 @@ TEST_CASE("Embree's packets and streams and single rays have the same answers") 
     }
 }
 
-TEST_CASE("a light mesh by Embree's packets is that by its streams to the bit") {
+TEST_CASE("a light mesh by packets of Embree is that by its streams to the bit") {
     const demo::Scene scene = demo::make_park();
     const demo::EmbreeScene traced(scene);
     const std::vector<lightmesh::Light> lights = demo::shapes_of_lights(scene);

@@ -69,7 +69,7 @@ float largest_step(ShortTest short_test, bool is_blended) {
 
 }  // namespace
 
-TEST_CASE("nothing pops while a camera comes nearer, as it would without blends of levels") {
+TEST_CASE("nothing pops while a camera comes nearer as it would without blends of levels") {
     for (const ShortTest short_test : {ShortTest::none, ShortTest::linked}) {
         CAPTURE(static_cast<int>(short_test));
         // A blend, a fifth of an octave, takes 36 frames.

@@ -525,8 +525,8 @@ private:
             end_exactly(walk, tile);
     }
 
-    /// Answers where the first cell that a point visits has the same value in all records, for every light,
-    /// no more is needed.
+    /// Ends the search where the first cell that a point visits has the same value in all records, for every
+    /// light: no more is needed.
     bool blend_uniform(Walk& walk, std::size_t tile) {
         Point& point = *walk.point;
         if (walk.is_begun || point.walk_count != 1 || walk.smooth_lights != 0 ||
