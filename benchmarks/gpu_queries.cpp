@@ -96,8 +96,9 @@ Result compare(const demo::ComputeDevice& device, const Stage& stage, std::size_
     result.lights = light_count;
     const std::vector<float> expected = bench::ask_on_cpu(mesh, points);
 
-    // Seeds take up to 20 rays, and a point without neighbours one for each light; on each of two levels.
-    const std::uint32_t rays_of_level = 24 + static_cast<std::uint32_t>(light_count);
+    // Seeds take up to 20 rays and one for each of up to 180 neighbours, and a point without neighbours one
+    // for each light; on each of two levels.
+    const std::uint32_t rays_of_level = 200 + static_cast<std::uint32_t>(light_count);
     demo::MeshQueries queries(device, 65536, asked.has_footprints ? 2 * rays_of_level : rays_of_level);
     result.bytes = queries.upload(mesh.snapshot());
     const auto answer = queries.ask(points, demo::trace_by(tracer), true);

@@ -17,8 +17,8 @@ results=$build/results
 "$root/cmake/setup-debian.sh" benchmarks
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF
 cmake --build "$build" --target lightmesh-benchmarks lightmesh-mesh-benchmark \
-    lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-cache-benchmark lightmesh-moving-benchmark \
-    lightmesh-random-moves-benchmark lightmesh-render --parallel "$(nproc)"
+    lightmesh-mesh-benchmark-o2 lightmesh-first-frame-benchmark lightmesh-break-even-benchmark lightmesh-cache-benchmark \
+    lightmesh-moving-benchmark lightmesh-random-moves-benchmark lightmesh-render --parallel "$(nproc)"
 program=$build/benchmarks/lightmesh-benchmarks
 
 echo
@@ -57,6 +57,8 @@ done | awk '{ ratio = $1 / $2; if (NR == 1 || ratio < least) { least = ratio; o2
     tee -a "$results/flat-mesh.md"
 echo
 "$build/benchmarks/lightmesh-first-frame-benchmark" | tee "$results/first-frame.md"
+echo
+"$build/benchmarks/lightmesh-break-even-benchmark" | tee "$results/break-even.md"
 echo
 "$build/benchmarks/lightmesh-cache-benchmark" | tee "$results/visibility-cache.md"
 echo

@@ -112,7 +112,7 @@ std::size_t missing_in(const std::vector<float>& values) {
 
 /// One for many tests, since compiling its shaders takes long.
 demo::MeshQueries& shared_queries() {
-    static demo::MeshQueries one(watched().device, 1024, 100);
+    static demo::MeshQueries one(watched().device, 1024, 2800);
     return one;
 }
 

@@ -239,9 +239,9 @@ private:
 
     /// The linked short test: light points next to P that P sees, seeds, one after the other until two thirds
     /// of D can be reached from them over open links, each step leading away from its seed; those that are
-    /// reached already are no seeds. Then some of all D, until a quarter can be reached. Links play no part
-    /// farther than q + 1 steps from a seed, and what lies there is doubtful. One doubt about a seed, a link,
-    /// or the share makes all light points doubtful.
+    /// reached already are no seeds. Then some of all D until a quarter can be reached, and all D until P
+    /// sees one. Links play no part farther than q + 1 steps from a seed, and what lies there is doubtful.
+    /// One doubt about a seed, a link, or the share makes all light points doubtful.
     std::vector<Neighbour> linked(const Vec& point, const Vec& n, std::vector<Neighbour> inside) const {
         std::vector<Neighbour> doubtful = inside;
         for (Neighbour& x : doubtful)
@@ -264,7 +264,7 @@ private:
             const Index& seed = candidates[tried];
             // Far ones, where those before reach less than a quarter.
             if (tried >= seeds->size()) {
-                if (4 * least >= inside.size())
+                if (4 * least >= inside.size() || (tried >= seeds->size() + 12 && least > 0))
                     break;
                 if (4 * most >= inside.size())
                     return doubtful;
@@ -382,8 +382,8 @@ private:
         return seeds;
     }
 
-    /// Twelve of D, evenly, in the library's order: bricks of 4x4x4 along x, then y, then z, in them cells of
-    /// 2x2x2, in these light points.
+    /// Twelve of D, evenly, and then all, in the library's order: bricks of 4x4x4 along x, then y, then z, in
+    /// them cells of 2x2x2, in these light points.
     std::vector<Index> far_seeds_of(const std::vector<Neighbour>& inside) const {
         if (inside.empty())
             return {};
@@ -402,6 +402,8 @@ private:
         std::vector<Index> seeds;
         for (std::size_t i = 0; i < 12; ++i)
             seeds.push_back(order[(2 * i + 1) * order.size() / 24].second);
+        for (const auto& each : order)
+            seeds.push_back(each.second);
         return seeds;
     }
 
@@ -469,10 +471,11 @@ private:
         if (range < std::numeric_limits<double>::infinity())
             answer = both(answer, greater(range, length, relative_band * range + band));
         if (const auto* spot = std::get_if<lightmesh::SpotLight>(&lights_[light])) {
-            const double cosine = -glm::dot(glm::normalize(Vec(spot->axis)), way) / length;
-            const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
+            const Vec axis = glm::normalize(Vec(spot->axis));
+            const double angle = std::atan2(glm::length(glm::cross(axis, way)), -glm::dot(axis, way));
+            const auto cone = static_cast<double>(spot->cone);
             if (spot->cone < 3.14159f)
-                answer = both(answer, greater(static_cast<double>(spot->cone), angle, 1e-3));
+                answer = both(answer, greater(cone, angle, 1e-3 * (std::min)(cone, 1.0)));
         }
         return answer;
     }

@@ -20,11 +20,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <numbers>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace render_test {
 
@@ -71,6 +73,29 @@ double share_of_other_pixels(const Image& a, const Image& b) {
     }
     return static_cast<double>(other) / static_cast<double>(a.pixels.size());
 }
+
+/// All light, and what it was told of pixels.
+class SeenFootprints : public demo::Visibility {
+public:
+    struct Seen {
+        glm::vec3 position;
+        float footprint;
+    };
+
+    void find(const demo::SurfacePoints& points, std::span<float> lit, demo::VisibilityCost&) const override {
+        std::ranges::fill(lit, 1.0f);
+        const std::scoped_lock lock(one_at_a_time_);
+        for (std::size_t i = 0; i < points.positions.size(); ++i)
+            all_.push_back({points.positions[i], points.footprints[i]});
+    }
+    void update(const demo::EmbreeScene&, const demo::SceneChange&) override {}
+
+    const std::vector<Seen>& all() const { return all_; }
+
+private:
+    mutable std::mutex one_at_a_time_;
+    mutable std::vector<Seen> all_;
+};
 
 Image as_stored(Image image) {
     for (glm::vec3& pixel : image.pixels)
@@ -134,6 +159,47 @@ TEST_CASE("a light mesh is told how wide pixels are") {
         REQUIRE(held.has_value());
         CHECK((held->light_points_of_level[1] > 0) == (scale > 0.0f));
         CHECK(held->light_points_of_level[0] > 0);
+    }
+}
+
+TEST_CASE("pixels are as wide in mirrors and behind glass as the whole path makes them") {
+    // A pane across the view at a distance of 1, a mirror or clear; the floor of its side at 3 from there.
+    for (const bool is_mirror : {true, false}) {
+        CAPTURE(is_mirror);
+        demo::Scene scene;
+        scene.materials.resize(2);
+        scene.materials[1].k_s = is_mirror ? 0.5f : 0.0f;
+        scene.materials[1].k_t = is_mirror ? 0.0f : 0.5f;
+        scene.materials[1].refraction_index = 1.0f;
+        const float wall = is_mirror ? -2.0f : 4.0f;
+        scene.positions = {{-9, 1, -9},    {9, 1, -9},    {9, 1, 9},    {-9, 1, 9},
+                           {-9, wall, -9}, {9, wall, -9}, {9, wall, 9}, {-9, wall, 9}};
+        scene.normals.assign(8, {0.0f, -1.0f, 0.0f});
+        scene.triangles = {{{0, 1, 2}, 1}, {{0, 2, 3}, 1}, {{4, 5, 6}, 0}, {{4, 6, 7}, 0}};
+        scene.lights.push_back({.shape = lightmesh::PointLight{.position = {0.0f, 0.0f, 0.5f}}});
+        scene.camera = {
+            .eye = {0.0f, 0.0f, 0.0f}, .target = {0.0f, 1.0f, 0.0f}, .vertical_field_of_view = 0.5f};
+        const demo::EmbreeScene traced(scene);
+        demo::RenderOptions options;
+        options.width = 32;
+        options.height = 24;
+        options.depth_limit = 1;
+        const SeenFootprints seen;
+        demo::RenderStatistics statistics;
+        demo::render(traced, seen, options, statistics);
+        const float angle = 2.0f * std::tan(0.25f) / 24.0f;
+        std::size_t on_pane = 0;
+        std::size_t on_wall = 0;
+        for (const auto& [position, footprint] : seen.all()) {
+            // Seen from the eye, or from its mirror image.
+            const bool is_on_pane = std::abs(position.y - 1.0f) < 0.01f;
+            const glm::vec3 eye{0.0f, is_mirror && !is_on_pane ? 2.0f : 0.0f, 0.0f};
+            CHECK(footprint ==
+                  doctest::Approx(static_cast<double>(angle * glm::distance(eye, position))).epsilon(1e-3));
+            ++(is_on_pane ? on_pane : on_wall);
+        }
+        CHECK(on_pane == 32 * 24);
+        CHECK(on_wall == 32 * 24);
     }
 }
 

@@ -32,7 +32,7 @@ namespace demo {
 /// the cache is told by `scene_changed`.
 class EmbreeIntersector {
 public:
-    /// How many segments at once are traced. The answers are the same.
+    /// The number of segments that are traced at once. The answers are the same.
     enum class Batches {
         packets,  ///< of 16 rays: for the rays of one light towards walls and ground
         streams,  ///< INCOHERENT ones of 64 rays, where each ray soon goes its own way, as in foliage; Embree
@@ -73,7 +73,7 @@ public:
         return is_blocked(ray.tfar);
     }
 
-    /// Where a segment first meets a surface, which may be an instance's, of one level.
+    /// The place where a segment first meets a surface, which may be an instance's, of one level.
     std::optional<lightmesh::Hit> closest_hit(const lightmesh::Segment& segment) const {
         RTCRayHit query{};
         query.ray = ray_along(segment, 0);
@@ -139,7 +139,8 @@ private:
     using EmbreeContext = RTCIntersectContext;
 #endif
 
-    /// What filters find behind Embree's own context. A ray's id is the number of its segment, from 1.
+    /// The data that filters find behind Embree's own context. A ray's id is the number of its segment,
+    /// from 1.
     struct Context {
         EmbreeContext embree;
         const lightmesh::Segment* segments;
@@ -162,7 +163,7 @@ private:
 #endif
     };
 
-    /// What Embree gives as an instance's normal, in the instance's own coordinates.
+    /// A normal that Embree gives of an instance, in the instance's own coordinates.
     glm::vec3 in_world(const glm::vec3& normal, unsigned instance) const {
         std::array<float, 12> columns;
         rtcGetGeometryTransform(rtcGetGeometry(scene_, instance), 0.0f, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,

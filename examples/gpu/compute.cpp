@@ -24,7 +24,7 @@ constexpr vk::BufferUsageFlags usage_of_buffers =
 /// Copies between host and device go through so many bytes at a time.
 constexpr std::size_t staging_bytes = std::size_t{16} << 20;
 
-/// What act() returns; what Vulkan throws becomes one sentence.
+/// The result of act(); what Vulkan throws becomes one sentence.
 template <class Act>
 auto in_words(const vulkan::Device& on, const std::string& what, Act&& act) {
     const auto said = [&](const std::string& why) {

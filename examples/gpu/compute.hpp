@@ -41,7 +41,7 @@ public:
     std::string name() const;
     /// Its driver with the version, such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
     std::string driver() const;
-    /// Whether it is a CPU that plays a GPU.
+    /// True if it is a CPU that plays a GPU.
     bool is_cpu() const;
     /// The most bytes of a buffer that a shader can see.
     std::size_t largest_buffer() const;
@@ -62,7 +62,7 @@ private:
     std::shared_ptr<State> state_;
 };
 
-/// What is to be written to a buffer from a byte on.
+/// Bytes to be written to a buffer, from a place on.
 struct ComputeWrite {
     std::size_t offset;
     std::span<const std::byte> bytes;
@@ -100,7 +100,7 @@ private:
     std::shared_ptr<State> state_;
 };
 
-/// Where a shader sees a buffer.
+/// The place where a shader sees a buffer.
 struct ComputeBinding {
     std::uint32_t set = 0;
     std::uint32_t binding = 0;
@@ -126,7 +126,7 @@ private:
     std::shared_ptr<State> state_;
 };
 
-/// What `ComputeDevice::run` records. Each command sees what those before it have written.
+/// The commands that `ComputeDevice::run` records. Each command sees what those before it have written.
 class ComputeCommands {
 public:
     /// Runs a kernel over x * y * z workgroups with these push constants. Throws std::runtime_error if that

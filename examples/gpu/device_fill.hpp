@@ -8,7 +8,7 @@
 
 namespace demo {
 
-/// What filling by shaders took so far.
+/// The cost of filling by shaders so far.
 struct DeviceFill {
     std::uint64_t rays = 0;
     std::size_t dispatches = 0;

@@ -15,7 +15,8 @@ namespace demo {
 /// Lists of rays by the shaders' traversal of a scene, for tests and benchmarks of it.
 class GpuRays {
 public:
-    /// What a segment meets first: t from 0 to 1 along it, weights of the triangle's second and third vertex.
+    /// The surface that a segment meets first: t from 0 to 1 along it, weights of the triangle's second and
+    /// third vertex.
     struct Closest {
         std::uint32_t triangle;  ///< the scene's number; ~0: none
         float t, u, v;
@@ -29,7 +30,7 @@ public:
 
     /// From now on lists are asked again and again: see `ComputeDevice::least_time`.
     void begin_timing() { is_timed_ = true; }
-    /// What the device took for the last list.
+    /// The time that the device took for the last list.
     double seconds() const { return seconds_; }
 
 private:

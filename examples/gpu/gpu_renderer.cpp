@@ -215,7 +215,7 @@ struct GpuRenderer::Parts {
         });
     }
 
-    /// Whether shading waits for what the host finds.
+    /// True if shading waits for what the host finds.
     bool asks_host() const { return mesh || cache; }
 
     RoundWords last_round() const {

@@ -58,7 +58,7 @@ public:
     /// Of the light mesh, if there is one.
     std::optional<lightmesh::MeshStatistics> mesh() const;
 
-    /// What shaders have found for the light mesh or the cache.
+    /// All that shaders have found for the light mesh or the cache.
     DeviceFill filled() const;
 
     /// Of the visibility cache, if there is one.

@@ -104,7 +104,7 @@ enum Place : std::size_t { frame_place, nodes, triangles, corners, vertices, tab
 
 }  // namespace
 
-/// What the device has, but for textures.
+/// All that the device has, but for textures.
 struct GpuScene::Copy {
     VisibilityOptions visibility;
     RenderOptions options;

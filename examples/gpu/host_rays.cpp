@@ -134,7 +134,7 @@ private:
     std::vector<Ray> known_;  ///< what was read last
 };
 
-/// How long the device takes for points whose rays are known.
+/// The time that the device takes for points whose rays are known.
 double time_of_sums(const ComputeDevice& device, const HostRayQuery& query,
                     std::span<const lightmesh::SurfacePoint> points, std::span<const std::uint32_t> answers) {
     const std::uint32_t words = answer_words(query.rays_per_point);

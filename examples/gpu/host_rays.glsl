@@ -57,7 +57,7 @@ bool lightmesh_is_open(vec3 from, vec3 to) {
     return !is_known || state == ray_is_open;
 }
 
-// Whether point i is to be asked about.
+// True if point i is to be asked about.
 bool is_asked(uint i) {
     if (i >= point_count)
         return false;

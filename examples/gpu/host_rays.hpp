@@ -29,7 +29,7 @@ TraceSegments trace_by(Tracer tracer) {
     };
 }
 
-/// What a device says of points, by rays that the host traced.
+/// A device's answer about points, by rays that the host traced.
 struct HostRayAnswer {
     std::vector<float> values;            ///< a row for each point; NaN: not known
     double seconds = 0.0;                 ///< of a run in which all rays are known

@@ -11,8 +11,8 @@
 
 namespace demo {
 
-/// What list_part(some points, list) lists at points, on all threads: a `lightmesh::LongTestList` or another
-/// that adds up.
+/// All that list_part(some points, list) lists at points, on all threads: a `lightmesh::LongTestList` or
+/// another that adds up.
 template <class List, class ListPart>
 List list_on_all_threads(std::span<const lightmesh::SurfacePoint> points, ListPart&& list_part) {
     constexpr std::size_t at_once = 256;

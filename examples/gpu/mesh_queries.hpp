@@ -25,7 +25,7 @@ public:
     };
 
     explicit MeshQueries(const ComputeDevice& device, std::size_t request_capacity = 65536,
-                         std::uint32_t rays_per_point = 24);
+                         std::uint32_t rays_per_point = 512);
 
     /// Uploads a mesh's snapshot, or what has changed of it since the last time. Returns how many bytes that
     /// were. Throws what `lightmesh::SnapshotView` and `lightmesh::MeshUpload` throw.

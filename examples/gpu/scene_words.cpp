@@ -71,7 +71,7 @@ void add_material(std::vector<glm::uvec4>& table, const Material& material) {
 
 // ---- lights
 
-/// What shaders know of a light, of any kind.
+/// A light of any kind, as shaders know it.
 struct LightWords {
     std::uint32_t kind = 0;
     glm::vec3 position{0.0f};

@@ -44,8 +44,8 @@ public:
 
     const Upload& upload() const { return upload_; }
     std::size_t light_count() const { return light_count_; }
-    /// Where shaders see it in a descriptor set. After an update that made a buffer larger there is another
-    /// one in its place.
+    /// The binding where shaders see it in a descriptor set. After an update that made a buffer larger there
+    /// is another one in its place.
     std::vector<ComputeBinding> bindings(std::uint32_t set) const {
         std::vector<ComputeBinding> made;
         for (const ComputeBuffer& buffer : buffers_)

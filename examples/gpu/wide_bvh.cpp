@@ -31,7 +31,7 @@ constexpr std::size_t slots = WideBvh::children_of_node;
 constexpr std::size_t most_of_leaf = 3;
 constexpr std::size_t fours_of_node = WideBvh::words_of_node / 4;
 
-/// What Embree's builder makes: a leaf or a node.
+/// A part of the tree that Embree's builder makes: a leaf or a node.
 struct BuiltNode {
     std::size_t child_count = 0;
     std::array<BuiltNode*, slots> children{};

@@ -47,7 +47,7 @@ Image read_exr(const std::filesystem::path& path);
 
 /// By the file's extension, .png or .exr; any other is an error.
 void write_image(const Image& image, const std::filesystem::path& path);
-/// What `write_image` writes into a file of that extension.
+/// The kind of data that `write_image` writes into a file of that extension.
 std::string encoded(const Image& image, const std::string& extension);
 
 /// The curve that makes a picture's values ready for a screen.

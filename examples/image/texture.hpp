@@ -11,7 +11,7 @@
 
 namespace demo {
 
-/// What lies beyond the edges of a texture.
+/// The texels beyond the edges of a texture.
 enum class Wrap : std::uint32_t { repeat, mirror, clamp };
 
 /// A picture to look up, in 8 bits per channel: sRGB and alpha; row-major, row 0 on top.

@@ -31,7 +31,7 @@ std::vector<Ball> make_balls() {
     return balls;
 }
 
-// Where a ray first crosses a ball's surface, as a multiple of `way`; infinity if it does not.
+// The place where a ray first crosses a ball's surface, as a multiple of `way`; infinity if it does not.
 float distance_to(const Ball& ball, const vec3& origin, const vec3& way) {
     const vec3 to_middle = ball.middle - origin;
     const float a = glm::dot(way, way), b = glm::dot(way, to_middle);

@@ -29,7 +29,7 @@ struct Ball {
 /// One lies on the floor z = 0, one hovers.
 inline constexpr std::array<Ball, 2> balls{Ball{{-2.0f, 0.0f, 0.8f}, 0.8f}, Ball{{2.0f, 0.0f, 2.5f}, 0.8f}};
 
-/// Where a ray first crosses a surface, as a multiple of `way`; infinity if it does not.
+/// The place where a ray first crosses a surface, as a multiple of `way`; infinity if it does not.
 inline float first_hit(const vec3& origin, const vec3& way) {
     float nearest = std::numeric_limits<float>::infinity();
     if (const float t = -origin.z / way.z; t > 0.0f)

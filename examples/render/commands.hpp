@@ -22,7 +22,7 @@ void add_film_command(CLI::App& program, Ranks& ranks, int& status);
 void add_compare_command(CLI::App& program, int& status);
 /// The two tables of the paper, on this machine.
 void add_tables_command(CLI::App& program, int& status);
-/// What a file has in it.
+/// The contents of a file.
 void add_info_command(CLI::App& program, int& status);
 
 }  // namespace demo

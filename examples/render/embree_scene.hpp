@@ -17,7 +17,7 @@
 
 namespace demo {
 
-/// Where a ray first meets a surface.
+/// The place where a ray first meets a surface.
 struct Hit {
     glm::vec3 position;
     glm::vec3 geometric_normal;  ///< unit length, towards where the ray came from
@@ -33,8 +33,8 @@ struct Hit {
 /// may be used by any number of threads.
 class EmbreeScene {
 public:
-    /// What the BVH is made for: `films` takes an `update` in a fraction of the time to build it, and more
-    /// memory.
+    /// The use that the BVH is made for: `films` takes an `update` in a fraction of the time to build it, and
+    /// more memory.
     enum class For { stills, films };
 
     /// Builds the BVH, on all cores. The scene must outlive this. Throws std::runtime_error with Embree's own
@@ -51,15 +51,16 @@ public:
 
     const Scene& scene() const { return scene_; }
     RTCScene handle() const { return levels_.front().handle.get(); }
-    /// What throws full shadows, for depth maps: triangles that light may pass are cut along their masks, and
-    /// left out where they let more than half of it through. The same as `handle()` if there are none.
+    /// The surfaces that throw full shadows, for depth maps: triangles that light may pass are cut along
+    /// their masks, and left out where they let more than half of it through. The same as `handle()` if there
+    /// are none.
     RTCScene blockers() const { return levels_.front().blocking(); }
     EmbreeIntersector intersector() const { return EmbreeIntersector(handle()); }
 
     /// Seconds that the BVH took.
     double seconds_building() const { return seconds_building_; }
-    /// How far rays leave surfaces behind them, along the normal: world units, by the size of the
-    /// coordinates.
+    /// The distance by which rays leave surfaces behind them, along the normal: world units, by the size of
+    /// the coordinates.
     float offset() const { return offset_; }
     /// Of the box around all triangles.
     float diagonal() const { return diagonal_; }

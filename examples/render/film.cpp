@@ -69,7 +69,7 @@ std::size_t bytes_of_memory(float megabytes) {
     return bytes < static_cast<double>(most) ? static_cast<std::size_t>(bytes) : most;
 }
 
-/// Where the frames go, and the film if one is wanted.
+/// The folder where the frames go, and the film if one is wanted.
 struct Output {
     std::filesystem::path frames;
     std::filesystem::path movie;  ///< empty: frames only
@@ -186,7 +186,7 @@ std::string duration_text(double seconds) {
     return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
 }
 
-/// How far a film has come, on the screen of rank 0. May be used by several threads.
+/// The progress of a film, on the screen of rank 0. May be used by several threads.
 class FilmProgress {
 public:
     /// `there`: how many frames are there already; `frames`: how many are missing.
@@ -289,7 +289,7 @@ private:
         return made;
     }
 
-    /// Where the frame was rendered: rank 0 has enough to do with files.
+    /// The rank where the frame was rendered: rank 0 has enough to do with files.
     Bytes encode(FilmMaker::Made made) const {
         if (options_.format != "png")
             return bytes_of_text(encoded(made.linear, ".exr"));

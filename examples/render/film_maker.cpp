@@ -17,7 +17,7 @@ namespace demo {
 
 namespace {
 
-/// What a rank has done.
+/// The work that a rank has done.
 struct RankCount {
     std::uint64_t frames;
     std::uint64_t rays;
@@ -152,7 +152,7 @@ std::string FilmMaker::report(bool is_whole) {
     return table.text();
 }
 
-/// What the mesh and the cache of this rank hold, and what they have forgotten for want of memory.
+/// Prints what the mesh and the cache of this rank hold, and what they have forgotten for want of memory.
 void FilmMaker::add_memory_rows(TextTable& table) const {
     if (!shadows_)
         return;

@@ -44,8 +44,8 @@ public:
     /// Goes to a time and lets all ranks know what each has found. All must call this together.
     void merge_at(double time);
 
-    /// What it took, line by line, on rank 0. All must call this together if `is_whole`; else it says nothing
-    /// of other ranks.
+    /// Says what it took, line by line, on rank 0. All must call this together if `is_whole`; else it says
+    /// nothing of other ranks.
     std::string report(bool is_whole);
 
 private:

@@ -45,7 +45,7 @@ bool is_frame(const fs::path& file) {
                                [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-/// Whether a file is a frame that a process has begun to write, which is there no more: see `PartFile`.
+/// True if a file is a frame that a process has begun to write, which is there no more: see `PartFile`.
 bool is_left_over(const fs::path& file) {
     constexpr std::string_view mark = ".part";
     const std::string end = file.extension().string();

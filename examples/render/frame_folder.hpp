@@ -8,13 +8,13 @@
 
 namespace demo {
 
-/// What decides how the frames of a film look: names and values.
+/// All that decides how the frames of a film look: names and values.
 using FilmTraits = std::vector<std::pair<std::string, std::string>>;
 
 /// A line for each.
 std::string text_of(const FilmTraits& traits);
-/// How a film of which there is such a text differs: "width is 48 there and 64 here, ..."; empty if it does
-/// not.
+/// The differences of a film of which there is such a text: "width is 48 there and 64 here, ..."; empty if it
+/// does not.
 std::string differences(const std::string& there, const FilmTraits& here);
 
 /// A folder of numbered frames, frame-0001.png and so on, and film.txt, which says what they are of: so a
@@ -33,7 +33,7 @@ public:
     std::filesystem::path frame(int number) const;
     /// The name of all frames for printf, which puts their number into it.
     std::string pattern() const;
-    /// Whether a frame is there and can be read, in the right size.
+    /// True if a frame is there and can be read, in the right size.
     bool has(int number) const;
 
 private:

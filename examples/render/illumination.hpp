@@ -9,7 +9,7 @@
 
 namespace demo {
 
-/// What a light does to a point if nothing stands between them.
+/// The effect of a light on a point if nothing stands between them.
 struct Illumination {
     glm::vec3 to_light;    ///< unit length
     glm::vec3 irradiance;  ///< on a surface that faces the light; 0 out of range and outside the cone

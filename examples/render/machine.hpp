@@ -7,7 +7,8 @@
 
 namespace demo {
 
-/// What times depend on but the scene: processor, cores, compiler, flags, kernel, Embree. Names and values.
+/// All that times depend on but the scene: processor, cores, compiler, flags, kernel, Embree. Names and
+/// values.
 std::vector<std::pair<std::string, std::string>> describe_machine();
 
 /// Of this machine, in bytes.

@@ -24,7 +24,7 @@ namespace {
 
 using LightNumbers = std::optional<std::vector<std::size_t>>;
 
-/// How a mesh comes to be, and what it cannot be told.
+/// The making of a mesh, and what it cannot be told.
 template <class Mesh>
 struct MeshSource {
     std::function<Mesh(const EmbreeScene& scene)> make;  ///< of the scene as it is

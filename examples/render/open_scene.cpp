@@ -90,7 +90,7 @@ float distance_along(const EmbreeScene& scene, const glm::vec3& from, const glm:
     return hit ? (std::min)(most, glm::length(hit->position - from)) : most;
 }
 
-/// Whether a place has walls around it and a ceiling, seen from their front.
+/// True if a place has walls around it and a ceiling, seen from their front.
 std::optional<Inside> inside_at(const EmbreeScene& scene, const glm::vec3& place, const glm::vec3& up) {
     constexpr int count = 96;
     int hits = 0;
@@ -204,7 +204,7 @@ void complete_view_and_lights(const SceneOptions& options, const EmbreeScene& em
     }
 }
 
-/// What the camera sees first in each pixel of the small picture.
+/// The surfaces that the camera sees first in each pixel of the small picture.
 std::vector<std::optional<Hit>> probe(const EmbreeScene& embree) {
     const View view(embree.scene().camera, probe_width, probe_height);
     std::vector<std::optional<Hit>> hits;
@@ -264,7 +264,7 @@ void note_closed_lamps(const EmbreeScene& embree, const std::vector<std::optiona
     }
 }
 
-/// What a picture shows of surfaces that do not shine themselves.
+/// The light in a picture of surfaces that do not shine themselves.
 struct Brightness {
     double high = 0.0;  ///< 98 of 100 are darker
     double mean = 0.0;

@@ -13,7 +13,7 @@
 
 namespace demo {
 
-/// What the command line can ask of a scene.
+/// Options of the command line for a scene.
 struct SceneOptions {
     std::string scene;       ///< a built-in scene's name, or a file
     std::size_t lights = 0;  ///< so many spread over it; 0: its own

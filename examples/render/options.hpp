@@ -24,7 +24,7 @@ CLI::Validator finite_range(float low, float high);
 /// Opens a scene, with its remarks on the screen.
 Scene show_scene(const SceneOptions& options);
 
-/// What all commands of `lightmesh-render` take.
+/// Options of all commands of `lightmesh-render`.
 struct CommonOptions : SceneOptions {
     std::optional<float> radius;   ///< else the scene's own
     std::optional<float> quality;  ///< else the scene's own
@@ -36,7 +36,7 @@ struct CommonOptions : SceneOptions {
 
 /// The options about pictures and machines.
 void add_render_options(CLI::App& command, CommonOptions& options);
-/// What renders.
+/// Options of what renders.
 void add_on_option(CLI::App& command, std::string& on);
 /// The curve of PNG files.
 void add_tone_option(CLI::App& command, CommonOptions& options);

@@ -27,10 +27,10 @@ constexpr int tag_end = 16388;      ///< to rank 0, the last message
 
 /// A piece that is shorter than this ends a message: MPI counts in int.
 constexpr std::size_t piece_size = std::size_t{1} << 26;
-/// How long rank 0 waits at the end for ranks that are still at something.
+/// The time that rank 0 waits at the end for ranks that are still at something.
 constexpr std::chrono::seconds patience{60};
 
-/// What launchers tell a process.
+/// The names under which launchers tell a process its rank.
 const char* told_by_launcher(std::initializer_list<const char*> names) {
     for (const char* name : names)
         if (const char* value = std::getenv(name))

@@ -17,8 +17,8 @@ namespace demo {
 
 namespace {
 
-/// How much of a picture is done when a round begins. The first rounds find what is coarse and seen from
-/// everywhere: they are short.
+/// The share of a picture that is done when a round begins. The first rounds find what is coarse and seen
+/// from everywhere: they are short.
 constexpr std::array<std::size_t, together_rounds + 1> parts_before{0, 1, 3, 6, 12, 24, 36, 48};
 
 struct TileGrid {

@@ -18,8 +18,8 @@ Image render_together(Ranks& ranks, const EmbreeScene& scene, const Visibility& 
                       const RenderOptions& options, RenderStatistics& statistics, const Progress& progress,
                       const std::function<void()>& after_round);
 
-/// What two parts of a picture need, seen in a mirror say, both would find if they were rendered at once: it
-/// is found twice only by those of the same round.
+/// Things that two parts of a picture need, seen in a mirror say, both would find if they were rendered at
+/// once: it is found twice only by those of the same round.
 inline constexpr int together_rounds = 7;
 
 }  // namespace demo

@@ -30,7 +30,7 @@ struct RenderOptions {
     /// does.
     int ambient_rays = 0;
     float ambient_distance = std::numeric_limits<float>::infinity();  ///< beyond which nothing hides it
-    /// Whether the background is left out where it is seen directly, not in mirrors and glass.
+    /// True if the background is left out where it is seen directly, not in mirrors and glass.
     bool transparent_background = false;
     std::vector<int> tiles{};  ///< numbers of those to render, row by row from 0; empty: all
 };

@@ -21,7 +21,7 @@ namespace demo {
 
 namespace {
 
-/// What a rank has done.
+/// The work that a rank has done.
 struct RankPart {
     RenderStatistics statistics;
     lightmesh::MeshStatistics mesh;

@@ -54,7 +54,7 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
 /// With four digits, as short as can be.
 std::string number(float value);
 
-/// What a run took, line by line.
+/// The cost of a run, line by line.
 std::string report(const Run& run, const EmbreeScene& scene);
 
 /// Makes the folder if it is not there. Throws std::runtime_error that names it if no file can be written

@@ -44,7 +44,7 @@ void throw_end(Ranks& ranks) {
     throw Interrupted("it was told to end");
 }
 
-/// What rank 0 has to hand out, and a thread that hands it out to the others.
+/// The parts that rank 0 has to hand out, and a thread that hands it out to the others.
 class Desk {
 public:
     Desk(Ranks& ranks, int tag, std::size_t count, const TakeResult& take)

@@ -12,8 +12,8 @@ namespace demo {
 /// A progress bar on the error stream if that is a terminal, else nothing. It goes when this goes.
 class ProgressBar {
 public:
-    /// Where there is no terminal: nothing, or a line now and then, for those who see the program through
-    /// another one.
+    /// The progress where there is no terminal: nothing, or a line now and then, for those who see the
+    /// program through another one.
     enum class Elsewhere { nothing, lines };
 
     explicit ProgressBar(std::string caption, Elsewhere elsewhere = Elsewhere::nothing);

@@ -42,10 +42,10 @@ public:
         return is_orthographic_ ? forward_ : glm::normalize(forward_ + aside(column, row));
     }
 
-    /// How far along a ray of that direction one goes for each unit along the view.
+    /// The distance along a ray of that direction for each unit along the view.
     float stretch(const glm::vec3& direction) const { return 1.0f / glm::dot(direction, forward_); }
 
-    /// How wide a pixel is at the eye, world units, and by how much it widens with each unit of distance.
+    /// The width of a pixel at the eye, world units, and by how much it widens with each unit of distance.
     float pixel_width() const { return is_orthographic_ ? pixel_ : 0.0f; }
     float pixel_angle() const { return is_orthographic_ ? 0.0f : pixel_; }
 

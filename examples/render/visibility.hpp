@@ -48,8 +48,8 @@ struct SurfacePoints {
 /// The points as the library takes them.
 std::vector<lightmesh::SurfacePoint> as_library_points(const SurfacePoints& points);
 
-/// How lit surface points are: all that the algorithms of `lightmesh-render` differ in. Const members may be
-/// used by any number of threads. The scene that it was made for must outlive it.
+/// The share of light that surface points get: all that the algorithms of `lightmesh-render` differ in. Const
+/// members may be used by any number of threads. The scene that it was made for must outlive it.
 class Visibility {
 public:
     virtual ~Visibility() = default;
@@ -92,7 +92,7 @@ enum class DepthSource { vulkan, embree };
 
 constexpr std::size_t no_light = (std::numeric_limits<std::size_t>::max)();
 
-/// What the command line can ask of an algorithm.
+/// Options of the command line for an algorithm.
 struct VisibilityOptions {
     lightmesh::Settings settings;  ///< its short test is that of `lmm`
     int area_samples = 16;         ///< rays to each light, in [1, 1024]
@@ -149,7 +149,7 @@ struct Algorithm {
     std::string description;
 };
 
-/// Whether what an algorithm finds can be saved and be begun with: that of light meshes with long tests by
+/// True if what an algorithm finds can be saved and be begun with: that of light meshes with long tests by
 /// rays, and of the cache of lamps.
 bool keeps_snapshot(const std::string& algorithm);
 

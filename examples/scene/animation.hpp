@@ -8,14 +8,14 @@
 
 namespace demo {
 
-/// What of a scene may move; the rest stays as it is at 0 s.
+/// The parts of a scene that may move; the rest stays as it is at 0 s.
 struct Moving {
     bool objects = true;
     bool lights = true;
     bool camera = true;
 };
 
-/// How a scene moves. Its triangles, materials, textures and lights are the same at all times, in other
+/// The motion of a scene. Its triangles, materials, textures and lights are the same at all times, in other
 /// places.
 class Animation {
 public:

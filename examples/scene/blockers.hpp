@@ -22,7 +22,7 @@ Blockers cut_blockers(const Scene& scene, std::span<const std::uint32_t> triangl
 /// All triangles of a scene, those that light may pass cut by `cut_blockers`.
 Blockers all_blockers(const Scene& scene);
 
-/// Whether light may pass some surface of the scene.
+/// True if light may pass some surface of the scene.
 bool has_translucent(const Scene& scene);
 
 }  // namespace demo

@@ -290,7 +290,7 @@ double number_in(const tinygltf::Value& object, const char* name, double otherwi
     return object.Has(name) && object.Get(name).IsNumber() ? object.Get(name).GetNumberAsDouble() : otherwise;
 }
 
-/// What EXT_meshopt_compression says about a buffer view; null if nothing.
+/// The words of EXT_meshopt_compression about a buffer view; null if nothing.
 const tinygltf::Value* meshopt_of(const tinygltf::BufferView& view) {
     for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
         if (const auto found = view.extensions.find(name); found != view.extensions.end())

@@ -17,7 +17,7 @@ namespace demo {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What an object of the file has under the name of an extension, or null.
+/// The member of an object of the file by the name of an extension, or null.
 const tinygltf::Value* gltf_extension(const tinygltf::ExtensionMap& extensions, const char* name);
 
 /// A glTF file's JSON as tinygltf takes it apart, with the buffers and pictures that it refers to.
@@ -36,7 +36,7 @@ public:
     std::size_t image_count() const { return images_.size(); }
     /// The lights of KHR_lights_punctual, without their places.
     const std::vector<ModelLight>& lights() const { return lights_; }
-    /// What the user should be told.
+    /// Remarks that the user should be told.
     const std::vector<std::string>& notes() const { return notes_; }
     void add_note(std::string note) { notes_.push_back(std::move(note)); }
 

@@ -10,7 +10,7 @@
 
 namespace demo {
 
-/// What all poses of a file share, as its first one has it.
+/// The parts that all poses of a file share, as its first one has it.
 struct FilmOfFile {
     glm::dvec3 origin{0.0};
     glm::vec3 centre{0.0f};  ///< where cameras look

@@ -34,12 +34,12 @@ glm::vec3 placed_normal(const Instance& instance, const glm::vec3& normal);
 /// A box around what lies in a box of the part.
 lightmesh::Bounds placed(const Instance& instance, const lightmesh::Bounds& box);
 
-/// Whether it is a mirror image of its part.
+/// True if it is a mirror image of its part.
 bool is_mirrored(const Instance& instance);
 
 struct Scene;
 
-/// How many triangles lie where they are drawn: the first ones.
+/// The number of triangles that lie where they are drawn: the first ones.
 std::uint32_t own_triangles(const Scene& scene);
 
 /// The vertices of these.
@@ -48,7 +48,7 @@ std::uint32_t own_vertices(const Scene& scene);
 /// The boxes around the vertices of each part.
 std::vector<lightmesh::Bounds> boxes_of_parts(const Scene& scene);
 
-/// How many triangles are drawn, each instance's counted.
+/// The number of triangles that are drawn, each instance's counted.
 std::uint64_t drawn_triangles(const Scene& scene);
 
 /// Throws std::invalid_argument that names `what` if the scene has instances, for what knows only triangles

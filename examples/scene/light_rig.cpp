@@ -44,7 +44,7 @@ struct Axes {
     }
 };
 
-/// Where an upright line passes through a surface.
+/// The places where an upright line passes through a surface.
 struct Crossing {
     float height;
     bool faces_up;

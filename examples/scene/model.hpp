@@ -15,7 +15,8 @@
 
 namespace demo {
 
-/// What readers of files find, in world space and in doubles, before it is checked and becomes a Scene.
+/// A scene as readers of files find it, in world space and in doubles, before it is checked and becomes a
+/// Scene.
 
 struct ModelMesh {
     std::string name;  ///< as errors call it: by node and mesh
@@ -67,7 +68,7 @@ struct Model {
     double animation_length = 0.0;  ///< seconds, if a time was asked for; 0: the file has no animation
 };
 
-/// What a reader is asked for.
+/// The wishes that a reader is asked for.
 struct ReadOptions {
     std::optional<double> time;  ///< of an animation, in seconds; empty: the file's own pose
     std::string animation;       ///< by its name, or its number from 0; empty: the first one
@@ -82,7 +83,7 @@ Model read_ply(const std::filesystem::path& file);
 /// In small letters, with its dot.
 std::string extension_of(const std::filesystem::path& file);
 
-/// What is to be the origin of a model between these corners if it lies so far from its own that floats would
+/// The origin to be of a model between these corners if it lies so far from its own that floats would
 /// hold no detail: its middle, in whole units. Empty: it stays where it is.
 std::optional<glm::dvec3> far_middle(const glm::dvec3& low, const glm::dvec3& high);
 

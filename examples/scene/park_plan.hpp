@@ -10,7 +10,7 @@
 
 namespace demo {
 
-/// Where the park is seen from, and what is in the middle of the picture.
+/// The place where the park is seen from, and the one in the middle of the picture.
 inline constexpr glm::vec2 park_view_from{-9.0f, -66.0f};
 inline constexpr glm::vec2 park_view_to{4.0f, 6.0f};
 

@@ -10,7 +10,7 @@
 
 namespace demo {
 
-/// What a tree is made of: materials for bark and for leaves.
+/// The parts that a tree is made of: materials for bark and for leaves.
 struct Foliage {
     std::uint32_t bark;
     std::array<std::uint32_t, 3> leaves;

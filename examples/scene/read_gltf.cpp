@@ -140,7 +140,7 @@ std::vector<std::uint32_t> triangles_of(std::vector<std::uint32_t> corners, int 
     return triangles;
 }
 
-/// What Draco's decoder and its result take for each vertex, about.
+/// The bytes that Draco's decoder and its result take for each vertex, about.
 constexpr std::size_t draco_bytes_a_vertex = 400;
 
 /// Reads the primitives of a file.
@@ -481,7 +481,7 @@ private:
         }
     }
 
-    /// Where EXT_mesh_gpu_instancing puts the meshes of a node; otherwise where the node is.
+    /// The places where EXT_mesh_gpu_instancing puts the meshes of a node; otherwise where the node is.
     std::vector<glm::dmat4> instances(std::size_t number) const {
         const glm::dmat4& to_world = placed_[number].to_world;
         const Value* extension = gltf_extension(source_.nodes[number].extensions, "EXT_mesh_gpu_instancing");
@@ -618,8 +618,8 @@ private:
         result_.meshes.push_back(std::move(to));
     }
 
-    /// What turns normals: the inverse transposed, times the determinant, so that a plane's thickness of 0
-    /// does no harm.
+    /// The matrix that turns normals: the inverse transposed, times the determinant, so that a plane's
+    /// thickness of 0 does no harm.
     static glm::dmat3 cofactors(const glm::dmat4& matrix) {
         const glm::dmat3 m(matrix);
         const double sign = glm::determinant(m) < 0.0 ? -1.0 : 1.0;

@@ -36,7 +36,8 @@ glm::vec3 to_glm(const aiVector3D& v) {
     return {v.x, v.y, v.z};
 }
 
-/// What Assimp only writes to its log. The log is one for the whole process, so one import runs at a time.
+/// Remarks that Assimp only writes to its log. The log is one for the whole process, so one import runs at a
+/// time.
 class LogCapture {
 public:
     LogCapture() {

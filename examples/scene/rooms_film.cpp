@@ -36,7 +36,7 @@ constexpr std::array openings{
 constexpr int lamp_column = 2;
 constexpr int lamp_row = 1;
 
-/// Where the leaf of a door hangs, on the floor, in the frame of its wall.
+/// The place where the leaf of a door hangs, on the floor, in the frame of its wall.
 constexpr float hinge = -door_half_width + 0.045f;
 
 /// A leaf with a handle on both sides.

@@ -15,7 +15,7 @@ inline constexpr float door_half_width = 0.55f;
 inline constexpr float door_height = 2.1f;
 inline constexpr float half_storey = 0.5f * room_size * rooms_per_side;
 
-/// Where the doorway of a wall is, measured along the wall from the middle of the room.
+/// The place of a wall's doorway, measured along the wall from the middle of the room.
 inline float door_offset(int column, int row, bool along_x) {
     return 0.7f * static_cast<float>((column * 7 + row * 3 + (along_x ? 1 : 0)) % 5 - 2);
 }

@@ -30,14 +30,14 @@ struct TextureMap {
     glm::mat3x2 transform{1, 0, 0, 1, 0, 0};  ///< of (u, v, 1)
 };
 
-/// What a surface does where its base colour is not opaque.
+/// The nature of a surface where its base colour is not opaque.
 enum class AlphaMode : std::uint32_t {
     opaque,  ///< alpha does not count
     mask,    ///< there is no surface where alpha is below the cutoff
     blend    ///< light passes by 1 - alpha
 };
 
-/// What of a shadow ray a surface stops.
+/// The part of a shadow ray that a surface stops.
 enum class ShadowBy : std::uint32_t {
     surface,  ///< all, also if it is of glass
     opacity,  ///< what it does not let through
@@ -50,8 +50,8 @@ enum class Highlight : std::uint32_t {
     ggx           ///< of a rough surface: `specular` is its reflectance head-on
 };
 
-/// What a surface does with light: Lambert and a highlight for Omega of equation (1), and Whitted's k_s and
-/// k_t.
+/// The way that a surface sends light on: Lambert and a highlight for Omega of equation (1), and Whitted's
+/// k_s and k_t.
 struct Material {
     std::string name;
     glm::vec3 diffuse{0.8f};
@@ -77,7 +77,7 @@ struct Material {
                              ///< is the width of the lobe
 };
 
-/// What a light's strength does away from its middle.
+/// The course of a light's strength away from its middle.
 enum class FallOff : std::uint32_t {
     points,  ///< as KHR_lights_punctual recommends: spots by the squared share of the way to their edge
     lamps    ///< spots are discs with a smooth edge; each piece of a rectangle sends light of its own
@@ -146,7 +146,7 @@ struct Scene {
     std::vector<std::string> remarks;  ///< what the user should be told: a light rig added, textures left out
 };
 
-/// What a user may wish from a file.
+/// A user's wishes from a file.
 struct ImportOptions {
     std::string camera;            ///< by its name, or its number from 0; empty: the first one
     bool emitters = true;          ///< whether surfaces that shine become lights

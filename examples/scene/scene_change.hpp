@@ -10,9 +10,9 @@
 
 namespace demo {
 
-/// What differs between a scene and a later state of it.
+/// The differences between a scene and a later state of it.
 struct SceneChange {
-    /// Whether there are other triangles, materials, colours, texture coordinates, or another number of
+    /// True if there are other triangles, materials, colours, texture coordinates, or another number of
     /// lights: nothing that was found of the one scene is true of the other. The next two are empty then.
     bool is_another_scene = false;
     /// Numbers of the lights whose shapes differ: place, direction, cone, range or size, not the strength.
@@ -24,13 +24,14 @@ struct SceneChange {
 
     static constexpr std::size_t most_boxes = 32;
 
-    /// Whether shadows may differ.
+    /// True if shadows may differ.
     bool changes_shadows() const { return is_another_scene || !lights.empty() || !boxes.empty(); }
-    /// Whether triangles differ.
+    /// True if triangles differ.
     bool changes_triangles() const { return is_another_scene || !boxes.empty(); }
 };
 
-/// What differs, bit by bit; NaN equals itself. Textures are not looked at, since no animation changes them.
+/// Finds what differs, bit by bit; NaN equals itself. Textures are not looked at, since no animation changes
+/// them.
 SceneChange difference(const Scene& before, const Scene& after);
 
 }  // namespace demo

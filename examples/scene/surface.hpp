@@ -24,10 +24,10 @@ Surface surface_at(const Scene& scene, const Material& material, std::size_t tri
 /// The share of light that a shadow ray brings through a surface, 0 to 1.
 float share_let_through(const Scene& scene, std::size_t triangle, float u, float v);
 
-/// Whether a mask leaves a hole in the surface there.
+/// True if a mask leaves a hole in the surface there.
 bool is_hole(const Scene& scene, std::size_t triangle, float u, float v);
 
-/// Whether light can pass somewhere: false for what blocks everywhere, which needs no look at the surface.
+/// True if light can pass somewhere: false for what blocks everywhere, which needs no look at the surface.
 bool may_let_light_through(const Material& material);
 
 }  // namespace demo

@@ -17,7 +17,7 @@ class App;
 
 namespace demo {
 
-/// What the command line of `lightmesh-tune` can ask for.
+/// Options of the command line of `lightmesh-tune`.
 struct TuneOptions : SceneOptions {
     // Empty: chosen by the program.
     std::vector<float> radii;

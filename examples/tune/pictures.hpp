@@ -10,7 +10,7 @@
 
 namespace demo {
 
-/// How a candidate looks.
+/// A picture by a candidate.
 struct CandidatePicture {
     lightmesh::tune::Measurement measurement;
     std::string picture;     ///< a PNG file's bytes

@@ -11,7 +11,7 @@ namespace demo {
 /// recommended, and the time of hard shadow rays: an SVG element. All radii share the axes.
 std::string time_error_plot(const Report& report, float radius);
 
-/// What the marks of the plots mean: an SVG element.
+/// A legend of the plots' marks: an SVG element.
 std::string plot_legend(const Report& report);
 
 /// Quantities for people: "1.5 µs", "0.3 s", "2.1 %", "12 MB".

@@ -21,7 +21,7 @@ struct Report {
     std::string scene;
     std::size_t triangle_count = 0;
     std::size_t light_count = 0;
-    /// What measurements depend on: they can only be taken up again where all of it is equal.
+    /// All that measurements depend on: they can only be taken up again where all of it is equal.
     std::vector<std::pair<std::string, std::string>> context;
     int threads = 1;  ///< that a frame is shared among
     lightmesh::tune::Wishes wishes;

@@ -14,7 +14,7 @@
 
 namespace demo {
 
-/// What is known after a while, or in the end.
+/// All that is known after a while, or in the end.
 struct Tuning {
     float middle_radius = 0.0f;                           ///< of the mesh that is recommended
     std::optional<lightmesh::tune::RadiusAdvice> advice;  ///< unless the user gave radii
@@ -24,7 +24,7 @@ struct Tuning {
     bool finished = false;
 };
 
-/// What `lamps_of` needs to give lamps the sizes that `lightmesh-render` gives them by default.
+/// The number that `lamps_of` needs to give lamps the sizes that `lightmesh-render` gives them by default.
 VisibilityOptions lamp_options(const EmbreeScene& scene, const TuneOptions& options);
 
 /// Predicts, says so on the screen, and measures with a progress bar until all is done or Ctrl-C is pressed.

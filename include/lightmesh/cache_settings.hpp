@@ -8,13 +8,14 @@
 
 namespace lightmesh {
 
-/// What a user chooses for a visibility cache.
+/// The choices of a user for a visibility cache.
 struct CacheSettings {
     /// g, the step of the coarsest lattice of records that is used without a footprint, in world units: in
     /// (0, 1e18]. Objects much thinner than g keep their shadows by refinement where they are found; a
     /// quarter of the radius that suits a `LightMesh` is a good choice.
     float spacing = 0.25f;
-    /// How often g is halved along penumbrae: records lie down to g / 2^detail apart. In [0, 6].
+    /// The number of times that g is halved along penumbrae: records lie down to g / 2^detail apart. In [0,
+    /// 6].
     int detail = 3;
     /// Rays to one lamp from one record, at most, not counting eight to its rim: in [1, 256]. The rim and two
     /// rays first, the others only if those disagree; levels of g / 4 take up to a half, finer ones up to a
@@ -31,10 +32,10 @@ struct CacheSettings {
     /// time, until `VisibilityCache::begin_frame` forgets what has gone unused. It may be passed by what is
     /// reserved at once, about a megabyte.
     std::size_t memory_budget = (std::numeric_limits<std::size_t>::max)();
-    /// Whether rays from the point itself decide where the finest records still disagree: sharp edges for
+    /// True if rays from the point itself decide where the finest records still disagree: sharp edges for
     /// small lamps, at up to `lamp_rays` rays for each point and light on such an edge, always.
     bool exact_edges = false;
-    /// Whether records of steps g, g / 2 and g / 4 have shaft rows, which look at what stands around them:
+    /// True if records of steps g, g / 2 and g / 4 have shaft rows, which look at what stands around them:
     /// from 16 places over a square of a step, one of them their own, one ray each to as many parts of a
     /// lamp (of step g / 4 from eight, two rays each). Where these disagree, and the record itself sees
     /// something else than they do together, there are finer records. Contact shadows of things down to a

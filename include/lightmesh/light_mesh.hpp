@@ -115,11 +115,11 @@ public:
     std::span<const Light> lights() const { return data().user_lights(); }
     /// The mesh's copy of the adapter.
     const Tracer& tracer() const { return levels_->tracer(); }
-    /// Where the light points of level 0 lie.
+    /// The grid of the light points of level 0.
     const Grid& grid() const { return data().grid(); }
     /// As they were passed in.
     const Settings& settings() const { return data().settings(); }
-    /// How V(L, x) is found.
+    /// The source of V(L, x).
     LongTest long_test() const {
         constexpr LongTest kind = Levels::LongTestsType::kind;
         return kind == LongTest::shadow_maps && settings().refine_shadow_maps ? LongTest::refined_shadow_maps
@@ -343,7 +343,7 @@ public:
     /// std::bad_alloc; nothing has changed then.
     void compact() { levels_ = std::make_unique<Levels>(*levels_, lights(), 0xffff, false); }
 
-    /// What the mesh holds by now. Walks over all of it.
+    /// The contents of the mesh by now. Walks over all of it.
     MeshStatistics statistics() const { return levels_->statistics(); }
 
 private:

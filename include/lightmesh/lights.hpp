@@ -6,7 +6,7 @@
 #include <limits>
 #include <variant>
 
-/// Where light comes from. Colour and strength stay with the renderer (Omega in equation (1)).
+/// A source of light. Colour and strength stay with the renderer (Omega in equation (1)).
 ///
 /// A `LightMesh` asks for the visibility of a light's centre: sizes play no part there. A `VisibilityCache`
 /// asks which share of a lamp of that size is visible.
@@ -58,7 +58,7 @@ struct RectLight {
     float range = std::numeric_limits<float>::infinity();
 };
 
-/// Where light comes from.
+/// A source of light.
 using Light = std::variant<PointLight, DirectionalLight, SpotLight, RectLight>;
 
 }  // namespace lightmesh

@@ -11,7 +11,7 @@
 
 namespace lightmesh {
 
-/// How V(P, x) of equation (2) is found: does the surface point P see the light point x?
+/// The way to find V(P, x) of equation (2): does the surface point P see the light point x?
 enum class ShortTest {
     none,    ///< Express: every neighbour counts as visible. Fastest; light and shadow leak through walls
              ///< thinner than r.
@@ -20,7 +20,7 @@ enum class ShortTest {
     exact,   ///< One ray of the `Intersector` per neighbour, where it can change the result.
 };
 
-/// How V(L, x) of equation (3) is found: does the light point x see the light?
+/// The way to find V(L, x) of equation (3): does the light point x see the light?
 enum class LongTest {
     rays,                 ///< a ray of the `Intersector`: LMM
     shadow_maps,          ///< a look-up in a depth map of the `DepthRenderer`: LMM+ATK
@@ -28,15 +28,15 @@ enum class LongTest {
     refined_shadow_maps,  ///< depth maps, with a ray where a map cannot tell
 };
 
-/// What a user chooses for a light mesh.
+/// The choices of a user for a light mesh.
 struct Settings {
     /// r, the radius of the blur of a shadow's edge, in world units: in (0, 1e18].
     float radius = 1.0f;
     /// q, the light points per radius: the grid's step is r / q. In [1, 16].
     float quality = 4.0f;
-    /// What keeps light and shadow from leaking through walls.
+    /// The test that keeps light and shadow from leaking through walls.
     ShortTest short_test = ShortTest::linked;
-    /// Whether long tests are found by samples: in each brick of 4x4x4 light points 16 for each light, and
+    /// True if long tests are found by samples: in each brick of 4x4x4 light points 16 for each light, and
     /// the others only if these disagree, else they are taken for the same. Saves a third of the rays in
     /// foliage and two thirds elsewhere. `ShortTest::exact` does without.
     bool adaptive_long_tests = true;
@@ -53,7 +53,7 @@ struct Settings {
     /// distance D, a texel is up to 2 D / shadow_map_size wide. Maps err where occluders, or the gaps between
     /// them, are not many texels wide: leaves far from a light need finer maps than walls.
     int shadow_map_size = 1024;
-    /// Whether a look-up that a shadow map cannot decide is decided by a ray: near-exact, for a few rays
+    /// True if a look-up that a shadow map cannot decide is decided by a ray: near-exact, for a few rays
     /// more. Only used with a `DepthRenderer`.
     bool refine_shadow_maps = false;
     /// The box around everything that throws shadows, world units; only used with a `DepthRenderer` that has

@@ -31,7 +31,7 @@ public:
     /// Number of lights.
     std::size_t size() const { return table_.size(); }
 
-    /// Whether the light can reach the point at all: chi of equation (3), range and cone. `normal` is the
+    /// True if the light can reach the point at all: chi of equation (3), range and cone. `normal` is the
     /// geometric normal on the shaded side; its length does not matter.
     bool can_light(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
         return table_.can_light(light, point, detail::unit_or_zero(normal));

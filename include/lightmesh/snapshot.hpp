@@ -64,7 +64,7 @@ public:
     std::size_t light_count() const { return lights().size(); }
     /// The lights that the mesh or the cache had.
     std::span<const Light> lights() const { return cache_ ? cache_->user_lights() : reader_->user_lights(); }
-    /// Whether it is of a cache.
+    /// True if it is of a cache.
     bool is_cache() const { return cache_ != nullptr; }
     /// The settings that the mesh had, but those of shadow maps; the origin is that of its grid. Of a cache
     /// of blur rows: those of its mesh.
@@ -206,7 +206,7 @@ private:
 
 namespace detail {
 
-/// What a view reads from, for what is laid out anew from it.
+/// The source that a view reads from, for what is laid out anew from it.
 struct SnapshotReaders {
     /// Null for a cache.
     static const SnapshotReader* mesh(const SnapshotView& view) { return view.reader_.get(); }

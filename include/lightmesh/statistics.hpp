@@ -10,7 +10,7 @@ namespace lightmesh {
 /// Levels of a light mesh, by `SurfacePoint::footprint`, are 0 .. `most_mesh_levels` - 1.
 inline constexpr std::size_t most_mesh_levels = 25;
 
-/// What a light mesh holds and what it took to fill it, all levels together: `LightMesh::statistics()`.
+/// The contents of a light mesh and what it took to fill it, all levels together: `LightMesh::statistics()`.
 struct MeshStatistics {
     std::size_t light_points = 0;              ///< those whose visibility of at least one light is stored
     std::size_t bricks = 0;                    ///< blocks of 4x4x4 light points
@@ -47,7 +47,7 @@ struct MeshStatistics {
     }
 };
 
-/// What queries spent, for those that ask: pass a pointer to one, for each thread its own. A point between
+/// The cost of queries, for those that ask: pass a pointer to one, for each thread its own. A point between
 /// two levels spends rays for both, and may be empty in both.
 struct QueryStatistics {
     std::uint64_t points = 0;        ///< surface points queried
@@ -65,8 +65,8 @@ struct QueryStatistics {
     }
 };
 
-/// What a visibility cache holds and what it took to fill it: `VisibilityCache::statistics()`. Rays that two
-/// threads spent on the same thing count twice.
+/// The contents of a visibility cache and what it took to fill it: `VisibilityCache::statistics()`. Rays that
+/// two threads spent on the same thing count twice.
 struct CacheStatistics {
     std::size_t records = 0;                         ///< places on surfaces and in the air
     std::size_t rows = 0;                            ///< blocks of visibilities of 8 lights, over all records

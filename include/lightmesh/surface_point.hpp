@@ -10,7 +10,7 @@ struct SurfacePoint {
     glm::vec3 position{0.0f};  ///< P
     /// The geometric normal at P, on the side that is shaded; its length does not matter.
     glm::vec3 normal{0.0f};
-    /// How wide the pixel's cone is at P, across the ray and not stretched by the surface's slope: the
+    /// The width of the pixel's cone at P, across the ray and not stretched by the surface's slope: the
     /// pixel's angle times the length of the path from the eye, through mirrors and glass the whole path. 0,
     /// NaN or negative: unknown. It chooses how fine the stored values are that serve the point (see
     /// `LightMesh`, `VisibilityCache`); what is stored never depends on it.

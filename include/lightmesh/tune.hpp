@@ -36,7 +36,7 @@
 
 namespace lightmesh::tune {
 
-/// What a run has measured.
+/// All that a run has measured.
 struct Outcome {
     std::vector<Measurement> measurements;  ///< in the order of the candidates
     bool finished = true;                   ///< false if it was cancelled: some are missing
@@ -171,10 +171,10 @@ inline std::vector<Measurement> in_order(std::span<const Candidate> candidates,
 
 }  // namespace detail
 
-/// What `run` will take for these candidates. It runs a pilot: four blocks of the samples with each short and
-/// each long test, and a mesh in empty space for each radius and quality. Light points and bytes follow from
-/// the latter (above q = 4 by q^3); seconds from the former, as a power of q. The reference is assumed to
-/// converge at the first try. Each cache has a pilot of its own.
+/// The time that `run` will take for these candidates. It runs a pilot: four blocks of the samples with each
+/// short and each long test, and a mesh in empty space for each radius and quality. Light points and bytes
+/// follow from the latter (above q = 4 by q^3); seconds from the former, as a power of q. The reference is
+/// assumed to converge at the first try. Each cache has a pilot of its own.
 ///
 /// Throws what `run` throws, and std::runtime_error if `progress` returns false: then there is no forecast.
 template <class... Adapters>

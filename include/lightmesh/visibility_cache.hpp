@@ -293,7 +293,7 @@ public:
         store_->compact();
     }
 
-    /// What the cache holds by now, without its mesh.
+    /// The contents of the cache by now, without its mesh.
     CacheStatistics statistics() const { return store_->statistics(); }
 
 private:

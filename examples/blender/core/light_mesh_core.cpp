@@ -35,7 +35,7 @@ const Value& checked(const Value* value, const char* what) {
     return *value;
 }
 
-/// What the function gives, or -1 and the text of its exception.
+/// The function's result, or -1 and the text of its exception.
 template <class Function>
 int or_error(Function&& function) {
     try {

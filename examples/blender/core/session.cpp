@@ -51,7 +51,7 @@ glm::dvec3 place_of(const PlacedMesh& object) {
     return {object.matrix[3], object.matrix[7], object.matrix[11]};
 }
 
-/// Whether rays are as exact in the mesh's own coordinates as in the world's.
+/// True if rays are as exact in the mesh's own coordinates as in the world's.
 bool can_be_instance(const ToldMesh& mesh, const PlacedMesh& object) {
     const glm::dmat3 turn = turn_of(object);
     const double most = (std::max)({glm::length(turn[0]), glm::length(turn[1]), glm::length(turn[2])});

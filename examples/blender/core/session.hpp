@@ -48,7 +48,7 @@ struct PlacedMesh {
     bool operator==(const PlacedMesh&) const = default;
 };
 
-/// What the functions of light_mesh_core.h do, with exceptions for errors.
+/// The work of the functions of light_mesh_core.h, with exceptions for errors.
 class Session {
 public:
     explicit Session(std::size_t memory_budget) : memory_budget_(memory_budget) {}
@@ -154,7 +154,8 @@ ToldMesh told_mesh(const LmMesh& mesh);
 /// Throws std::invalid_argument that names the light.
 SceneLight told_light(const LmLight& light);
 
-/// What the light's shadow is found by, without its lights. Lamps without a size throw hard shadows.
+/// The settings that the light's shadow is found by, without its lights. Lamps without a size throw hard
+/// shadows.
 LightGroup told_group(const LmLight& light, std::size_t memory_budget);
 
 }  // namespace demo

@@ -18,7 +18,7 @@ struct ShadowLooks {
     std::span<const glm::vec2> coordinates;  ///< of the vertices; empty: 0
 };
 
-/// Whether each of the triangles lets the same light through as the other one of its number does, by the same
+/// True if each of the triangles lets the same light through as the other one of its number does, by the same
 /// parts of its material and of its textures; where the triangles lie is not asked. Colours, roughness and
 /// what else only pictures show may differ.
 bool let_same_light_through(const ShadowLooks& a, const ShadowLooks& b);

@@ -43,7 +43,7 @@ public:
             std::swap(rounded_[1], rounded_[2]);
     }
 
-    /// Whether a texel's middle lies inside. One on the edge of two triangles that lie side by side is in one
+    /// True if a texel's middle lies inside. One on the edge of two triangles that lie side by side is in one
     /// of them: that to the right of the edge, or above it.
     bool has_middle(int column, int row) const {
         const Place middle{column * steps + steps / 2, row * steps + steps / 2};

@@ -7,7 +7,7 @@
 
 namespace demo {
 
-/// What the texels of an image show of some triangles; rows from the bottom up.
+/// The part that the texels of an image show of some triangles; rows from the bottom up.
 struct CoveredTexels {
     int width;
     int height;

@@ -204,7 +204,7 @@ uint bvh_hash(vec3 origin, vec3 target, uint surface) {
     return hash;
 }
 
-// Whether nothing blocks a segment, whose origin is near to that of its neighbours; surfaces that let some of the light
+// True if nothing blocks a segment, whose origin is near to that of its neighbours; surfaces that let some of the light
 // through do so by chance.
 bool is_open(vec3 origin, vec3 target) {
     vec3 way = target - origin;

@@ -37,7 +37,7 @@ LightData read_light(uint number) {
     return LightData(head.x, head.y != 0u, a.xyz, b.xyz, b.w, c.xyz, c.w, d.xyz, d.w, e.xyz, e.w, f.xyz, f.w, a.w);
 }
 
-// What a light does to a point if nothing stands between them.
+// The effect of a light on a point if nothing stands between them.
 struct Illumination {
     vec3 to_light;
     vec3 irradiance;

@@ -35,7 +35,7 @@
 /// compile time, with one sentence (see `diagnostics.hpp`); `check_tracer` tests at run time what no compiler
 /// can.
 ///
-/// What holds for all of them:
+/// All of them:
 /// * Adapters are copied into the mesh or the cache, or moved if they are handed over so, and live as long as
 ///   it does: make them handles to the scene, not the scene. That holds for `Occluders`, too.
 /// * What they lead to outlives the mesh. While a query, a fill or an update runs it does not change. Between
@@ -67,9 +67,10 @@ namespace lightmesh {
 /// How often: for long tests by rays, at most once for each light and light point that queries touch
 /// (adaptive ones: 16 of a brick's 64, and the others where these disagree), and about three times for each
 /// light point to link it; what threads find at the same moment may be traced by each. Then for each query
-/// one short ray or some more, at most 20 (`ShortTest::linked`), none (`none`), or about one for each of some
-/// (2/3) pi q^3 neighbours, unless the first few decide (`exact`); and one for each light that reaches a
-/// point with m = 0.
+/// one short ray or some more, at most 20, and where the point sees none of some (2/3) pi q^3 neighbours by
+/// those, as many more as it takes to find one that it sees (`ShortTest::linked`); none (`none`); or about
+/// one for each neighbour, unless the first few decide (`exact`). And one for each light that reaches a point
+/// with m = 0.
 template <class T>
 concept Intersector = std::copy_constructible<T> && requires(const T& tracer, const Segment& segment) {
     { tracer.occluded(segment) } -> std::same_as<bool>;

@@ -10,8 +10,8 @@
 
 namespace lightmesh {
 
-/// Where a ray tracer finds the distance of one texel: the first surface on origin + t * direction, t >= 0.
-/// The direction has length 1, so that t is the distance that is asked for.
+/// The ray by which a ray tracer finds the distance of one texel: the first surface on origin + t *
+/// direction, t >= 0. The direction has length 1, so that t is the distance that is asked for.
 struct DepthRay {
     glm::vec3 origin;     ///< world units
     glm::vec3 direction;  ///< of length 1
@@ -34,9 +34,11 @@ struct DepthView {
     glm::mat4 clip_from_world{1.0f};
     /// Rows, and texels in each row: 1..16384.
     int resolution = 1;
-    /// What is nearer throws no shadow. World units along `forward`; finite, greater than 0.
+    /// The least distance at which something throws a shadow. World units along `forward`; finite, greater
+    /// than 0.
     float z_near = 1.0f;
-    /// What is farther throws no shadow. World units along `forward`; finite, greater than `z_near`.
+    /// The greatest distance at which something throws a shadow. World units along `forward`; finite, greater
+    /// than `z_near`.
     float z_far = 2.0f;
 
     /// Parallel rays (a directional light) instead of rays through the eye.

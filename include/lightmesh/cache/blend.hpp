@@ -23,8 +23,8 @@ inline constexpr std::uint32_t one_value = 255u * 256u;
 inline constexpr std::array<std::uint32_t, 3> spread_lows{1958, 6528, 9792};
 inline constexpr std::uint32_t spread_range = 16384;  // .25
 
-/// What probes say beside 0 and 255, closed and open: some rays of a cell are open and some closed, or there
-/// is none.
+/// The values of probes beside 0 and 255, closed and open: some rays of a cell are open and some closed, or
+/// there is none.
 inline constexpr std::uint8_t probe_sees_both = 127;
 inline constexpr std::uint8_t probe_knows_nothing = 128;
 
@@ -78,7 +78,7 @@ struct BlendLevel {
     }
 };
 
-/// Whether the probe of a cell says the contrary of what its records say: something else, or, where they all
+/// True if the probe of a cell says the contrary of what its records say: something else, or, where they all
 /// say that a lamp is wholly open or wholly closed, not quite that.
 inline bool is_light_missed(std::uint32_t probe, std::uint32_t least, std::uint32_t greatest) {
     return (probe == 0 && least > open_from) || (probe == 255 && greatest < closed_to) ||

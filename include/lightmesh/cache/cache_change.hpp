@@ -27,8 +27,8 @@
 
 namespace lightmesh::detail {
 
-/// What of a cache may have to do with boxes in which the scene has changed: where records have fallen, the
-/// segments between them, and what they see. For one thread.
+/// The parts of a cache that may have to do with boxes in which the scene has changed: where records have
+/// fallen, the segments between them, and what they see. For one thread.
 class CacheChange {
 public:
     CacheChange(const Lattice& lattice, const LampTable& lamps, const RowSource& rows,
@@ -38,11 +38,11 @@ public:
 
     bool is_nothing() const { return boxes_.empty(); }
 
-    /// Whether a record may be somewhere else now.
+    /// True if a record may be somewhere else now.
     bool moves(const RecordKey& key, const Record& record) const {
         return !is_nothing() && meets_any(fall_of(key, record), boxes_);
     }
-    /// Whether a key may lead to another record now.
+    /// True if a key may lead to another record now.
     bool moves(const RecordKey& alias, const RecordKey& key, const Record& record) const {
         if (is_nothing())
             return false;
@@ -53,7 +53,7 @@ public:
         fall.high = (glm::max)(fall.high, start + slack);
         return meets_any(fall, boxes_);
     }
-    /// Whether segments from a record to its neighbours may be open or closed now.
+    /// True if segments from a record to its neighbours may be open or closed now.
     bool relinks(const RecordKey& key) const {
         if (is_nothing())
             return false;
@@ -115,7 +115,7 @@ private:
         return 0.13f * static_cast<float>(lattice_.step(key.level()));
     }
 
-    /// What a record's place depends on: the way that it fell, or found nothing on.
+    /// The space that a record's place depends on: the way that it fell, or found nothing on.
     Bounds fall_of(const RecordKey& key, const Record& record) const {
         const Facing facing = key.facing();
         const auto step = static_cast<float>(lattice_.step(key.level()));
@@ -146,7 +146,7 @@ private:
         return widened({position, position}, reach + greatest_offset(position));
     }
 
-    /// Where places around a record lie, and the ways that they fell: they start up to a step higher or
+    /// The box of the places around a record, and the ways that they fell: they start up to a step higher or
     /// lower, and three eighths of one to the sides.
     Bounds shaft_of(const RecordKey& key) const {
         const auto step = static_cast<float>(lattice_.step(key.level()));
@@ -157,7 +157,7 @@ private:
                        0.4f * step + slack_of(key) + greatest_offset(start));
     }
 
-    /// How far off a surface rays start there, and more: see `off_surface`.
+    /// The distance off a surface at which rays start there, and more: see `off_surface`.
     static float greatest_offset(const glm::vec3& position) { return 0x1p-18f * largest_component(position); }
 
     /// Texels of a shadow map show what lies beyond a point, too, and to its sides; how a directional light

@@ -78,7 +78,7 @@ struct CacheCell {
         uniform = 0;
     }
 
-    /// Whether all four records fit a point wholly, and nothing lies between: then `fit_of` need not be
+    /// True if all four records fit a point wholly, and nothing lies between: then `fit_of` need not be
     /// asked, which would say so.
     bool fits(const glm::vec3& point, const glm::vec3& unit_normal) const {
         return is_flat && is_same(unit_normal, normal) &&

@@ -20,14 +20,14 @@ struct Column {
     glm::vec3 normal;  ///< zero: there is no surface
 };
 
-/// Whether a record looks at what lies around it, too: see `shaft_byte`.
+/// True if a record looks at what lies around it, too: see `shaft_byte`.
 inline bool has_shaft_row(const Lattice& lattice, const RecordKey& key, const Record& record) {
     return key.what() < static_cast<std::uint32_t>(RecordKind::air) && record.is_on_surface() &&
            lattice.has_shaft_rows(key.level());
 }
 
-/// Where the middle of what a probe stands for falls from: of the cell of which `index` has the least indices
-/// along u and v.
+/// The place that the middle of what a probe stands for falls from: of the cell of which `index` has the
+/// least indices along u and v.
 inline glm::vec3 probe_start(const Lattice& lattice, const glm::ivec3& index, const Facing& facing,
                              int level) {
     glm::vec3 start = lattice.position(index, level);

@@ -17,7 +17,7 @@
 
 namespace lightmesh::detail {
 
-/// Where something fell: how far, and the unit normal there, towards where it came from.
+/// The place where something fell: how far, and the unit normal there, towards where it came from.
 struct Landing {
     float fall;
     glm::vec3 normal;
@@ -42,7 +42,7 @@ std::optional<float> bisect_fall(const Tracer& tracer, const glm::vec3& start, c
     return open * length;
 }
 
-/// How far it is to the first surface from a point inside a solid, and the unit normal there, outwards; zero
+/// The distance to the first surface from a point inside a solid, and the unit normal there, outwards; zero
 /// where the adapter does not tell.
 struct SolidExit {
     double distance;
@@ -69,7 +69,7 @@ std::optional<SolidExit> find_exit(const Tracer& tracer, const glm::vec3& start,
     }
 }
 
-/// How far a surface known nearby may lie above or below where it goes on, world units.
+/// The distance by which a surface known nearby may lie above or below where it goes on, world units.
 inline float landing_slack(float step) {
     return 0.004f * step;
 }

@@ -33,7 +33,8 @@ struct NoTracer {
     [[noreturn]] bool occluded(const Segment&) const { throw NotInCacheSnapshot(); }
 };
 
-/// What a `CacheQuery` asks, answered from a snapshot alone; rays are for links and for what no record says.
+/// The store that a `CacheQuery` asks, answered from a snapshot alone; rays are for links and for what no
+/// record says.
 template <Intersector Tracer>
 class FrozenCacheStore {
 public:

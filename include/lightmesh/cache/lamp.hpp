@@ -48,16 +48,17 @@ public:
     const glm::dvec3& half_v() const { return half_v_; }
     /// The radius, of a directional light at a distance; of a rectangle 0.
     double radius(double distance) const { return shape_.is_directional ? size_ * distance : size_; }
-    /// Whether one ray says all.
+    /// True if one ray says all.
     bool is_point() const { return !is_rectangle_ && size_ == 0.0; }
-    /// How far above its centre a lamp that is no rectangle reaches; of a directional light at distance 1.
+    /// The height above its centre to which a lamp that is no rectangle reaches; of a directional light at
+    /// distance 1.
     double top() const {
         return shape_.is_directional ? size_ / std::sqrt(1.0 + rounded(size_ * size_)) : size_;
     }
-    /// How far short of its centre rays end, for its size.
+    /// The distance from its centre at which rays end, for its size.
     double rest() const { return 1.15 * size_; }
 
-    /// Whether all of the lamp lies below the plane through a point.
+    /// True if all of the lamp lies below the plane through a point.
     bool is_below(const glm::vec3& point, const glm::vec3& unit_normal) const {
         const glm::dvec3 n(unit_normal);
         if (shape_.is_directional)
@@ -68,15 +69,15 @@ public:
         return height < -top();
     }
 
-    /// Whether the plane through a point leaves some of the lamp below.
+    /// True if the plane through a point leaves some of the lamp below.
     bool is_cut(const glm::vec3& point, const glm::vec3& unit_normal) const {
         const glm::dvec3 n(unit_normal);
         const glm::dvec3 at(shape_.at);
         return rounded_dot(n, shape_.is_directional ? at : at - glm::dvec3(point)) < extent_along(n);
     }
 
-    /// How far the lamp reaches at most from its centre along any direction; of a directional light at
-    /// distance 1.
+    /// The distance to which the lamp reaches at most from its centre along any direction; of a directional
+    /// light at distance 1.
     double extent() const { return is_rectangle_ ? glm::length(half_u_) + glm::length(half_v_) : size_; }
 
     /// The direction, of length 1, from a point to the part of the lamp that is lowest over the plane through

@@ -9,7 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Where rays meet a lamp. Fixed patterns, turned or shifted by 32 bits that belong to a record and a lamp.
+/// The places where rays meet a lamp. Fixed patterns, turned or shifted by 32 bits that belong to a record
+/// and a lamp.
 
 namespace lightmesh::detail {
 

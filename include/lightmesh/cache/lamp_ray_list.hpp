@@ -12,7 +12,7 @@ class VisibilityCache;
 /// `VisibilityCache::list_lamp_rays`, served by `VisibilityCache::fill` of the same cache.
 class LampRayList {
 public:
-    /// Whether nothing is lacking.
+    /// True if nothing is lacking.
     bool is_empty() const { return rows_.entries().empty(); }
 
     /// Adds what another one lists, say another thread's. Throws std::bad_alloc.

@@ -30,7 +30,7 @@ struct RowOrigin {
     double reach;           ///< the greatest length of a ray
 };
 
-/// How many rays a row sends to each lamp.
+/// The number of rays that a row sends to each lamp.
 struct RayPlan {
     bool has_rim;       ///< whether eight go to the lamp's rim, before all others
     std::size_t first;  ///< how many before it is asked whether they disagree
@@ -56,7 +56,7 @@ struct RayPlan {
 /// From where rays tell a row: from the record itself, or from places around it, one ray from each to its own
 /// part of a lamp, or first from these.
 struct RowLook {
-    /// What rays from places around are asked for.
+    /// The use of rays from places around.
     enum class Around {
         no,
         only,   ///< all there is: a probe
@@ -150,7 +150,8 @@ private:
     /// Of a ray, beside its light's number.
     static constexpr std::uint8_t rim_flag = 128;
 
-    /// How far what rays around a record say may be from what the record itself says: one ray of sixteen.
+    /// The most by which what rays around a record say may differ from what the record itself says: one ray
+    /// of sixteen.
     static constexpr int most_apart = 16;
 
     using Counts = std::array<std::uint16_t, lamps_per_tile>;
@@ -206,7 +207,7 @@ private:
         return look_.parts_apart * (lamp_of(l).is_point() ? 1 : look_.rays_of_place) / 2;
     }
 
-    /// Whether the record sees nothing of a light, whatever places on a slope around it see.
+    /// True if the record sees nothing of a light, whatever places on a slope around it see.
     bool is_below_origin(std::size_t l) const {
         return lamp_of(l).is_below(look_.origin.position, look_.origin.unit_normal);
     }

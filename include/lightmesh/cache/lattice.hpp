@@ -53,11 +53,11 @@ public:
     }
 
     int finest_level() const { return finest_; }
-    /// Whether probes ask what records of a level miss.
+    /// True if probes ask what records of a level miss.
     bool has_probes(int level) const {
         return (level == base_level || level == base_level + 1) && !has_shaft_rows_;
     }
-    /// Whether records themselves look half a step to all sides: those of steps g, g / 2 and g / 4. A level
+    /// True if records themselves look half a step to all sides: those of steps g, g / 2 and g / 4. A level
     /// more would find nothing that these miss.
     bool has_shaft_rows(int level) const {
         return level >= base_level && level <= finest_shaft_level && has_shaft_rows_;

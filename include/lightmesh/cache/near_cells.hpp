@@ -28,7 +28,7 @@ class NearCells {
 public:
     explicit NearCells(const Store& store) : store_(store) {}
 
-    /// Where a cell is, or may be put in the place of another one.
+    /// The place where a cell is, or may be put in the place of another one.
     CacheCell& place_of(const CellCorners& corners, const Facing& facing, int level) {
         // Neighbours on a surface, level or sloped, do not take each other's place, and those on two surfaces
         // seldom.
@@ -175,7 +175,7 @@ private:
         return place.is_made && place.column.record == cell.columns[record].record ? &place : nullptr;
     }
 
-    /// Where a record of a cell stands that is not kept.
+    /// The place of a record of a cell that is not kept.
     Record& spare(const CacheCell& cell, std::size_t record) { return spares_[number_of(cell)][record]; }
 
     const Store& store_;

@@ -74,8 +74,8 @@ private:
         rays_ += rays.rays();
     }
 
-    /// What turns the pattern of rays: one for all within a 64th of the finest step, so that points which
-    /// differ by the rounding of an intersection, as from another tracer, mostly have the same.
+    /// The bits that turn the pattern of rays: one for all within a 64th of the finest step, so that points
+    /// which differ by the rounding of an intersection, as from another tracer, mostly have the same.
     std::uint64_t seed_at(const glm::vec3& point) const {
         const auto bits = [&](float coordinate) {
             return std::bit_cast<std::uint64_t>(std::floor(static_cast<double>(coordinate) * (64.0 / step_)));

@@ -68,7 +68,7 @@ public:
         return chunk_count_.load(std::memory_order_relaxed) * chunk_units * sizeof(Unit) + least_bytes();
     }
     static constexpr std::size_t least_bytes() { return chunk_limit * sizeof(std::atomic<Unit*>); }
-    /// What of it was given back and waits for its next use.
+    /// The part of it that was given back and waits for its next use.
     std::size_t free_bytes() const { return free_units_.load(std::memory_order_relaxed) * sizeof(Unit); }
 
 private:

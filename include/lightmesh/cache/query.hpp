@@ -104,7 +104,7 @@ private:
     using SeenOfLevels = std::array<std::uint8_t, Lattice::level_count>;
     static constexpr std::uint32_t is_seen_known = 16;
 
-    /// How a surface lies. Neighbouring points often have the same.
+    /// The position of a surface. Neighbouring points often have the same.
     struct Plane {
         glm::vec3 given;   ///< the normal as a point has it
         glm::vec3 normal;  ///< unit length, or zero
@@ -216,7 +216,7 @@ private:
         return std::abs(w.x * w.x + w.y * w.y + w.z * w.z - 1.0) < 3e-7 ? v : unit_or_zero(v);
     }
 
-    /// How much a level may say, by the footprint: less within the last fifth of an octave.
+    /// The weight of a level, by the footprint: less within the last fifth of an octave.
     std::int32_t share_of(int level, double footprint) const {
         const double step = store_.lattice().step(level);
         if (step > 1.15 * footprint)
@@ -369,7 +369,7 @@ private:
         used_cells_ = 0;
     }
 
-    /// How the records of its cell fit a walk's point, and which of them it sees, or that it must ask.
+    /// The fit of a cell's records to a walk's point, and which of them it sees, or that it must ask.
     void fit(Walk& walk, int level) {
         const Point& point = *walk.point;
         const CacheCell& cell = *walk.cell;
@@ -395,7 +395,7 @@ private:
             .asked = 0};
     }
 
-    /// Whether what a point sees is kept for other tiles of lights.
+    /// True if what a point sees is kept for other tiles of lights.
     bool has_kept_sights(const Point& point) const {
         return store_.lamps().tile_count() > 1 && point.plane->facings.count == 1;
     }
@@ -525,8 +525,8 @@ private:
             end_exactly(walk, tile);
     }
 
-    /// Where the first cell that a point visits has the same value in all records, for every light, no more
-    /// is needed.
+    /// Ends the search where the first cell that a point visits has the same value in all records, for every
+    /// light: no more is needed.
     bool blend_uniform(Walk& walk, std::size_t tile) {
         Point& point = *walk.point;
         if (walk.is_begun || point.walk_count != 1 || walk.smooth_lights != 0 ||

@@ -10,7 +10,7 @@
 
 namespace lightmesh::detail {
 
-/// What a record is: fallen onto a surface against one of six facings, in the air at a lattice point, or
+/// The kind of a record: fallen onto a surface against one of six facings, in the air at a lattice point, or
 /// of a cell of four columns (a probe, one for each of the six facings).
 enum class RecordKind : std::uint32_t {
     fallen = 0,  // + facing
@@ -63,7 +63,7 @@ struct RecordKey {
         return ((words[0] ^ other.words[0]) | (words[1] ^ other.words[1]) | (words[2] ^ other.words[2])) == 0;
     }
 
-    /// How many steps farther down the lattice point of another key is, of the same column.
+    /// The number of steps by which the lattice point of another key is farther down, of the same column.
     int steps_to(const RecordKey& lower) const {
         const Facing along = facing();
         return (index()[along.axis] - lower.index()[along.axis]) * static_cast<int>(along.sign);
@@ -98,13 +98,13 @@ inline std::uint64_t hash_of(const RecordKey& key) {
 struct alignas(8) Record {
     /// The first of its row blocks; 0: none.
     std::atomic<std::uint32_t> rows{0};
-    /// How far it lies from its lattice point against its facing, world units; negative: it found no surface,
+    /// The distance from its lattice point against its facing, world units; negative: it found no surface,
     /// and lies at the lattice point. Of an alias how many steps farther down the lattice point of its record
     /// is.
     float fall = -1.0f;
     /// The geometric normal there times 32767, on the side of the lattice point.
     std::int16_t normal[3] = {};
-    /// Whether the segments to two neighbouring lattice points are known to be free: see `link_bit`.
+    /// True if the segments to two neighbouring lattice points are known to be free: see `link_bit`.
     std::atomic<std::uint16_t> links{0};
 
     /// Among the links of an alias: a lattice point whose record is the one of a nearer lattice point in the

@@ -62,7 +62,7 @@ struct alignas(8) RecordBrick {
         key.words[2] = record.words[2] & ~3u;
         return key;
     }
-    /// What tells a record from others of its brick, 1 to 192.
+    /// The number that tells a record from others of its brick, 1 to 192.
     static std::uint32_t tag_of(const RecordKey& record) {
         return 1 + (record.words[0] & 3u) + 4 * (record.words[1] & 3u) + 16 * (record.words[2] & 3u) +
                64 * (record.what() / 6);

@@ -105,7 +105,7 @@ class RowList {
 public:
     RowList(UnitPool& pool, std::atomic<std::uint32_t>& front) : pool_(pool), front_(front) {}
 
-    /// What is known of a tile.
+    /// All that is known of a tile.
     RowBytes gather(std::size_t tile) const {
         RowBytes row{};
         for_each_block([&](const Block& block) {

@@ -20,8 +20,8 @@
 
 namespace lightmesh::detail {
 
-/// What shaders are asked to find: shares of lamps, laid out for lamp_shares.glsl. The lights must not change
-/// meanwhile.
+/// The work that shaders are asked to do: shares of lamps, laid out for lamp_shares.glsl. The lights must not
+/// change meanwhile.
 class ShareWork {
 public:
     ShareWork(const LampTable& lamps, double reach) {
@@ -68,7 +68,7 @@ public:
     /// Bytes of rows.
     std::size_t size() const { return (words_.size() - rows_begin_) * sizeof(Words); }
 
-    /// What shaders read.
+    /// The bytes that shaders read.
     std::span<const std::byte> finish() {
         words_[0][0] = static_cast<std::uint32_t>(shares_.size());
         words_[0][2] = static_cast<std::uint32_t>(words_.size());

@@ -34,7 +34,7 @@ enum CacheSectionName : std::size_t {
     cache_section_count
 };
 
-/// How records found their surfaces: values are merged only with those of the same kind.
+/// The way that records found their surfaces: values are merged only with those of the same kind.
 enum class HitKind : std::uint32_t { closest_hit, bisected };
 
 template <Intersector Tracer>
@@ -42,7 +42,7 @@ constexpr HitKind hit_kind() {
     return ClosestHitIntersector<Tracer> ? HitKind::closest_hit : HitKind::bisected;
 }
 
-/// What rows hold.
+/// The values that rows hold.
 struct RowSource {
     std::uint32_t is_mesh = 0;  ///< 1: S of a light mesh, which has what follows; else 0, as all of it
     std::uint32_t long_tests = 0;
@@ -128,7 +128,7 @@ struct StoredTile {
 /// Slots hold 0, an index of a record plus one, or with this bit that of an alias.
 inline constexpr std::uint32_t stored_alias_bit = 1u << 31;
 
-/// Whether bytes begin as a cache's snapshot does.
+/// True if bytes begin as a cache's snapshot does.
 inline bool is_cache_snapshot(std::span<const std::byte> bytes) {
     return bytes.size() >= CacheHeader::right_magic.size() &&
            std::memcmp(bytes.data(), CacheHeader::right_magic.data(), CacheHeader::right_magic.size()) == 0;

@@ -149,7 +149,7 @@ private:
         check_places(aliases_, stored_alias_bit);
     }
 
-    /// Whether the table leads to each of some records or aliases.
+    /// True if the table leads to each of some records or aliases.
     template <class Stored>
     void check_places(std::span<const Stored> all, std::uint32_t bit) const {
         constexpr std::size_t slots_ahead = 16;

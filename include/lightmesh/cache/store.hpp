@@ -58,8 +58,8 @@ struct MeshRows {
 
 namespace lightmesh::detail {
 
-/// What a visibility cache is made of: adapter, lights, settings, and all records so far. Makes what it is
-/// asked for and does not know. To its users it is constant, and any number of threads may ask.
+/// The parts that a visibility cache is made of: adapter, lights, settings, and all records so far. Makes
+/// what it is asked for and does not know. To its users it is constant, and any number of threads may ask.
 ///
 /// A record is made complete before it can be found, and a row's bytes before they are known: an exception of
 /// the adapter or of an allocation leaves nothing half-made.
@@ -86,7 +86,7 @@ public:
         if (brick.used.load(std::memory_order_relaxed) != frame_)
             brick.used.store(frame_, std::memory_order_relaxed);
     }
-    /// Whether nothing more is to be kept.
+    /// True if nothing more is to be kept.
     bool is_full() const {
         return settings_.memory_budget != (std::numeric_limits<std::size_t>::max)() &&
                table_->bytes() - table_->free_bytes() >= settings_.memory_budget;
@@ -147,7 +147,7 @@ public:
         return keep(key, spare, facing);
     }
 
-    /// Whether the segment between the lattice points of two neighbouring columns is free: `direction` 0
+    /// True if the segment between the lattice points of two neighbouring columns is free: `direction` 0
     /// along u, 1 along v, from the lesser index. Not, if they differ by more than a step along the axis.
     bool is_linked(const Column& from, const Column& to, int direction, const Facing& facing,
                    int level) const {
@@ -195,7 +195,7 @@ public:
         return row;
     }
 
-    /// What is known of the row of a record.
+    /// All that is known of the row of a record.
     RowBytes known_row(const Record& record, std::size_t tile) const {
         return RowList(table_->pool(), const_cast<Record&>(record).rows).gather(tile);
     }
@@ -445,7 +445,7 @@ private:
         });
     }
 
-    /// Where it is down from a place onto a surface, within some steps.
+    /// The place down from another one onto a surface, within some steps.
     std::optional<Landing> land(const glm::vec3& start, const Facing& facing, int level, float steps) const {
         const auto step = static_cast<float>(lattice_.step(level));
         std::uint64_t rays = 0;
@@ -595,7 +595,8 @@ private:
         lamp_rays_.fetch_add(rays.rays(), std::memory_order_relaxed);
     }
 
-    /// How much higher or lower than at a record its surface is beside it, world units, at most a step.
+    /// The height by which, higher or lower than at a record, its surface is beside it, world units, at most
+    /// a step.
     static float slope_rise(const glm::vec3& normal, const Facing& facing, double u, double v, double step) {
         const double along = static_cast<double>(normal[facing.axis]);
         const double rise =

@@ -163,7 +163,7 @@ struct CellLinks {
     }
 };
 
-/// Where the records of a cell's four columns stand, and their normals, side by side.
+/// The places of the records of a cell's four columns, and their normals, side by side.
 struct CellSurface {
     std::array<float, 4> x, y, z;
     std::array<float, 4> normal_x, normal_y, normal_z;  ///< 0 where there is no surface
@@ -178,14 +178,14 @@ struct CellSurface {
     }
 };
 
-/// How well records fit a point, 0 to 256, and between which of them and the point something may lie, or
+/// The fit of records to a point, 0 to 256, and between which of them and the point something may lie, or
 /// clearly nothing of what the record lies on. One bit for each.
 struct Fits {
     std::array<std::int32_t, 4> shares;
     std::uint32_t suspect;
     std::uint32_t clear;
 
-    /// Whether nothing stands out between the point and the records, if links between these are open: all fit
+    /// True if nothing stands out between the point and the records, if links between these are open: all fit
     /// it, or one does wholly, and no other one
     /// contradicts.
     bool are_enough() const {

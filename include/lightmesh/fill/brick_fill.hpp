@@ -60,7 +60,7 @@ public:
         newly_sampled_ = lights_of_groups(fresh_) & ~still_sampled;
     }
 
-    /// Where the light points are, world units.
+    /// The places of the light points, world units.
     const std::array<glm::vec3, 64>& positions() const { return positions_; }
     const Brick& brick() const { return *missing_.brick; }
 

@@ -105,7 +105,7 @@ private:
         reached_[slot] = spread(brick, seed, reached & asked_[slot], asked_[slot]);
     }
 
-    /// What steps up along the axis from the brick below, if that is the way away from the seed.
+    /// The bits that step up along the axis from the brick below, if that is the way away from the seed.
     template <std::size_t Axis>
     void arrive_from_below(const glm::ivec3& coord, int seed, std::uint64_t& reached) {
         if (seed >= 0)
@@ -117,7 +117,8 @@ private:
             reached |= AxisSteps<Axis>::up_from(reached_[slot] & load_relaxed(found_[slot]->links[Axis]));
     }
 
-    /// What would step down along the axis from the brick above, if that is the way away from the seed.
+    /// The bits that would step down along the axis from the brick above, if that is the way away from the
+    /// seed.
     template <std::size_t Axis>
     std::uint64_t before_from_above(const glm::ivec3& coord, int seed) const {
         if (seed < brick_side)
@@ -127,7 +128,8 @@ private:
         return AxisSteps<Axis>::down_from(reached_[box_.slot(above)]);
     }
 
-    /// What is reached within a brick from some of its light points. Asks for links only where they matter.
+    /// The light points that are reached within a brick from some of its light points. Asks for links only
+    /// where they matter.
     std::uint64_t spread(const Brick& brick, const glm::ivec3& seed, std::uint64_t reached,
                          std::uint64_t asked) {
         for (;;) {

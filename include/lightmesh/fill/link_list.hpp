@@ -12,7 +12,7 @@ class LightMesh;
 /// `LightMesh::list_links`, served by `LightMesh::fill_links` of the same mesh.
 class LinkList {
 public:
-    /// Whether nothing is lacking.
+    /// True if nothing is lacking.
     bool is_empty() const { return units_.is_empty(); }
 
     /// Adds what another one lists, say another thread's. Throws std::bad_alloc.

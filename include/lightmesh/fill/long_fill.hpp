@@ -17,7 +17,7 @@
 #include <span>
 #include <utility>
 
-/// What queries lack, found by long tests and stored.
+/// Finds what queries lack, by long tests and stored.
 
 namespace lightmesh::detail {
 

@@ -27,14 +27,14 @@ namespace lightmesh::detail {
 template <Intersector Tracer>
 inline constexpr std::size_t most_in_long_test = (std::max)(largest_batch<Tracer>(), most_segments);
 
-/// What long tests have cost so far.
+/// The cost of long tests so far.
 struct LongTestCost {
     std::uint64_t tests = 0;
     std::uint64_t rays = 0;
 };
 
-/// How far from the light the rays of long tests start; what is nearer hides nothing (see `light_end`). 0 for
-/// directional lights, which are nowhere.
+/// The distance from the light at which the rays of long tests start; what is nearer hides nothing (see
+/// `light_end`). 0 for directional lights, which are nowhere.
 inline float light_clearance(const Light& light, float step) {
     const LightShape shape = shape_of(light);
     return shape.is_directional ? 0.0f : end_offset(shape.at, step);
@@ -74,9 +74,9 @@ public:
     void set_light(std::size_t, const Light&) {}
     void add_light(const Light&) {}
     void remove_last() {}
-    /// How a light looks at the scene.
+    /// The way that a light looks at the scene.
     LightSight sight_of(std::size_t) const { return {}; }
-    /// What the long tests will be made of, now that the scene has changed.
+    /// The source that long tests will be made of, now that the scene has changed.
     struct Change {
         std::vector<bool> is_new;  ///< lights that look at it in another way: nothing of them holds
     };

@@ -51,7 +51,7 @@ inline constexpr std::size_t most_long_test_words = std::size_t{1} << 18;
 /// by `LightMesh::fill` of the same mesh.
 class LongTestList {
 public:
-    /// Whether nothing is lacking.
+    /// True if nothing is lacking.
     bool is_empty() const { return units_.is_empty(); }
 
     /// Adds what another one lists, say another thread's. Throws std::bad_alloc.

@@ -32,7 +32,7 @@
 
 namespace lightmesh::detail {
 
-/// What a mesh asks when it lacks something.
+/// The adapters that a mesh asks when it lacks something.
 template <Intersector Tracer, class LongTests>
 struct MeshAdapters {
     Tracer tracer;
@@ -58,7 +58,7 @@ public:
         : MeshLevels{checked(lights, settings),
                      std::make_shared<Adapters>(Adapters{
                          std::move(tracer), LongTests(std::forward<LongTestArguments>(long_tests)...)})} {}
-    /// What another mesh with the same adapters knows of the lights that both have, in the bricks that
+    /// Takes what another mesh with the same adapters knows of the lights that both have, in the bricks that
     /// queries have asked for in the last frames: at most so many frames before this one. `keeps_lights`: as
     /// `LevelMerge`. Throws std::bad_alloc.
     MeshLevels(const MeshLevels& other, std::span<const Light> lights, int most_frames_unused = 0xffff,
@@ -172,7 +172,7 @@ public:
         }
     }
 
-    /// How the lights look at the scene.
+    /// The ways that the lights look at the scene.
     std::vector<LightSight> sights() const {
         std::vector<LightSight> sights;
         for (std::size_t i = 0; i < finest_.data().lights().size(); ++i)
@@ -208,7 +208,7 @@ public:
         return sum;
     }
 
-    /// How long bricks have gone unused.
+    /// The numbers of frames for which bricks have gone unused.
     FrameAges ages() const {
         FrameAges ages;
         for_each([&](int, const Level& level) {

@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-/// Where segments begin and end: off the surface they leave, and short of the light they reach. Both bounds
+/// The ends of segments: off the surface they leave, and short of the light they reach. Both bounds
 /// follow the size of the coordinates, since the rounding of an intersection point does (Waechter and Binder,
 /// "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems ch. 6), and the step of the
 /// grid, below which a light mesh sees nothing. Ends at light points need neither.

@@ -138,7 +138,7 @@ uint lightmesh_cache_tile_size(uint tile) {
     return min(64u, lightmesh_cache_light_count() - 64u * tile);
 }
 
-// Whether S of the l-th light of a tile is known.
+// True if S of the l-th light of a tile is known.
 bool lightmesh_cache_is_known(LightMeshCacheTile tile, uint l) {
     return (((l < 32u ? tile.unknown.x : tile.unknown.y) >> (l & 31u)) & 1u) == 0u;
 }
@@ -298,7 +298,7 @@ vec3 lightmesh_cache_unit(vec3 v) {
     return unit;
 }
 
-// Whether the length of a vector is 1 but for rounding.
+// True if the length of a vector is 1 but for rounding.
 bool lightmesh_cache_is_unit(vec3 v) {
     float about = lightmesh_cache_dot(v, v) - 1.0;
     if (!(abs(about) < 1e-5))
@@ -384,7 +384,7 @@ int lightmesh_cache_weight_of_quotient(uvec2 a, uvec2 b, uvec2 less, uvec2 by) {
     return lightmesh_cache_weight_of(share);
 }
 
-// How much levels may say, by the footprint: less within the last fifth of an octave, which is one level at most.
+// The weights of levels, by the footprint: less within the last fifth of an octave, which is one level at most.
 void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
     at.full_level = 15;
     at.part = 0;
@@ -481,7 +481,7 @@ void lightmesh_cache_find_ways(inout LightMeshCachePoint at) {
     at.facing_weights = ivec3(32768u - y - z, y, z);
 }
 
-// Whether lattice points around the point have indices.
+// True if lattice points around the point have indices.
 bool lightmesh_cache_is_inside(vec3 position) {
     int finest = lightmesh_cache_finest();
     uvec2 limit = lightmesh_cache_head[1].xy;
@@ -701,7 +701,7 @@ uvec4 lightmesh_cache_reaching(uint tile, uvec2 asked, LightMeshCachePoint at) {
 
 // ---- records
 
-// What a cell is of: a facing, and the axis of that.
+// The key of a cell: a facing, and the axis of that.
 int lightmesh_cache_axis(int facing) {
     return facing >> 1;
 }
@@ -726,14 +726,14 @@ uvec3 lightmesh_cache_key(ivec3 index, uint what, int level) {
     return key;
 }
 
-// What two slots say of a key: where its record stands, 0 if it has none, and ~0 if the slots that follow tell.
+// The answer of two slots about a key: where its record stands, 0 if it has none, and ~0 if the slots that follow tell.
 uint lightmesh_cache_look(uvec3 key, uint slot) {
     uvec4 a = lightmesh_cache_slots[slot], b = lightmesh_cache_slots[slot + 1u];
     uint second = b.w == 0u || b.xyz == key ? b.w : ~0u;
     return a.w == 0u || a.xyz == key ? a.w : second;
 }
 
-// Where a key's record stands, or 0. `what`: kind and facing.
+// The place of a key's record, or 0. `what`: kind and facing.
 uint lightmesh_cache_find_record(ivec3 index, uint what, int level) {
     uvec3 key = lightmesh_cache_key(index, what, level);
     uint slot = lightmesh_cache_hash(key) & lightmesh_cache_head[0].z;
@@ -836,7 +836,7 @@ ivec3 lightmesh_cache_index(int k, int axis) {
                                        axis);
 }
 
-// Where the records of the four corners stand, or 0, side by side: it is memory that takes the time.
+// The places of the records of the four corners, or 0, side by side: it is memory that takes the time.
 uvec4 lightmesh_cache_find_records(int axis, uint what, int level) {
     uvec3 x = lightmesh_cache_key(lightmesh_cache_index(0, axis), what, level),
           y = lightmesh_cache_key(lightmesh_cache_index(1, axis), what, level),
@@ -950,7 +950,7 @@ void lightmesh_cache_place_exactly(LightMeshCachePoint at, int facing, int level
     }
     lightmesh_cache_cell.corner = corner;
     lightmesh_cache_cell.at = ivec2(int(fraction.x * 32768.0), int(fraction.y * 32768.0));
-    // How far the tangent plane rises from the corners to the point, along u and v: the first lattice index at least a
+    // The height by which the tangent plane rises from the corners to the point, along u and v: the first lattice index at least a
     // quarter before the plane.
     bool is_level = n.y == 0.0 && n.z == 0.0;
     for (int k = 0; k < 1 + lightmesh_cache_three(); ++k) {
@@ -1059,7 +1059,7 @@ void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
     lightmesh_cache_cell.links = links;
 }
 
-// How well a record fits a point, 0 to 256, and in the bits above whether something may lie between them, and whether
+// The fit of a record to a point, 0 to 256, and in the bits above whether something may lie between them, and whether
 // clearly nothing does. In doubles.
 uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint at, int level) {
     // Before the point's plane, before the record's, and the cosine between.
@@ -1228,7 +1228,7 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     LightMeshCacheFour normals = LightMeshCacheFour(lightmesh_cache_unit_floats(ivec4(xy << 16) >> 16),
                                                     lightmesh_cache_unit_floats(ivec4(xy) >> 16),
                                                     lightmesh_cache_unit_floats(ivec4(links << 16) >> 16));
-    // Whether all four records fit the point without further questions.
+    // True if all four records fit the point without further questions.
     vec3 normal = vec3(normals.x.x, normals.y.x, normals.z.x);
     LightMeshCacheFour turns = lightmesh_cache_differences(normals, lightmesh_cache_four(normal));
     // The first one from the point's.
@@ -1343,7 +1343,7 @@ uint lightmesh_cache_find_probe(int facing, int level) {
 
 // ---- smooth surfaces
 
-// Whether the plane through a position leaves some of the lamp below.
+// True if the plane through a position leaves some of the lamp below.
 bool lightmesh_cache_is_cut(uint light, vec3 position, vec3 normal) {
     uvec4 first = lightmesh_cache_light(light, 0u), second = lightmesh_cache_light(light, 1u);
     vec3 at = uintBitsToFloat(first.xyz);
@@ -1380,7 +1380,7 @@ uvec2 lightmesh_cache_to_float_precision(uvec2 a) {
     return lightmesh_double_of(lightmesh_double_to_float(a));
 }
 
-// Whether some part of the lamp may be nearer to the point's tangent plane, or farther below it, than an angle of
+// True if some part of the lamp may be nearer to the point's tangent plane, or farther below it, than an angle of
 // which the squared sine is given. In floats where those are sure, else in doubles.
 bool lightmesh_cache_is_grazing(uint light, LightMeshCachePoint point, float sine_squared) {
     uvec4 first = lightmesh_cache_light(light, 0u);
@@ -1462,7 +1462,7 @@ uint lightmesh_cache_read_shaft(inout uint word) {
     return misses;
 }
 
-// What makes a level give way to the next one.
+// The difference that makes a level give way to the next one.
 struct LightMeshCacheLevel {
     uint spread_low;  // difference up to which it does not, see `spread_lows`
     uint force;   // least share of the next level
@@ -1472,7 +1472,7 @@ struct LightMeshCacheLevel {
     bool has_shafts;  // whether rows of records on surfaces are shaft rows
 };
 
-// What four taps' words say: of how each differs from another one, and their weighed sums, and how far the farthest is
+// The contents of four taps' words: of how each differs from another one, and their weighed sums, and how far the farthest is
 // from a value, weighed.
 uint lightmesh_cache_differing(uvec4 words, uint other) {
     return words.x ^ other | words.y ^ other | words.z ^ other | words.w ^ other;

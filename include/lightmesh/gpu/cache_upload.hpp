@@ -37,9 +37,9 @@ namespace lightmesh {
 struct CacheRequest {
     SurfacePoint point;    ///< as the shader was given it
     std::uint32_t id = 0;  ///< what the shader gave with it
-    /// Whether the snapshot lacks records or values: `VisibilityCache::fill` finds them.
+    /// True if the snapshot lacks records or values: `VisibilityCache::fill` finds them.
     bool lacks_values = false;
-    /// Whether it takes rays that a cache does not keep: `VisibilityCache::visibility` has the answer.
+    /// True if it takes rays that a cache does not keep: `VisibilityCache::visibility` has the answer.
     bool lacks_rays = false;
 };
 
@@ -108,8 +108,8 @@ public:
         std::memcpy(bytes.data() + sizeof room, &room, sizeof room);
         return bytes;
     }
-    /// How many points have asked, also those for which there was no room. Throws std::invalid_argument if
-    /// these are not the bytes of a request buffer.
+    /// The number of points that have asked, also those for which there was no room. Throws
+    /// std::invalid_argument if these are not the bytes of a request buffer.
     static std::size_t request_count(std::span<const std::byte> bytes) {
         std::array<std::uint32_t, 2> head{};
         if (bytes.size() >= request_header)

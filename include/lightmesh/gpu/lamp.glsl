@@ -46,12 +46,12 @@ struct LightMeshLampTurn {
     uvec2 sine;
 };
 
-// Whether one ray says all.
+// True if one ray says all.
 bool lightmesh_lamp_is_point(LightMeshLamp lamp) {
     return lamp.kind != lightmesh_lamp_rectangle && lamp.radius.y == 0u;
 }
 
-// Whether all of the lamp lies below the plane through a point.
+// True if all of the lamp lies below the plane through a point.
 bool lightmesh_lamp_is_below(LightMeshLamp lamp, vec3 point, vec3 unit_normal) {
     uvec2 height = uvec2(0u), along_u = uvec2(0u), along_v = uvec2(0u);
     for (int axis = 0; axis < 3; ++axis) {
@@ -197,7 +197,7 @@ LightMeshLampPlace lightmesh_lamp_middle() {
     return place;
 }
 
-// Where the ray to a place on the lamp ends.
+// The end of the ray to a place on the lamp.
 vec3 lightmesh_lamp_target(LightMeshLampView view, LightMeshLampPlace place) {
     vec3 target;
     for (int axis = 0; axis < 3; ++axis) {

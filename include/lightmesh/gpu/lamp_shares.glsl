@@ -48,7 +48,7 @@ const uint lightmesh_lamp_discs_at = 2u;
 const uint lightmesh_lamp_turns_at = 18u;
 const uint lightmesh_lamp_own_place = 256u;  // of a place: it is the record itself
 
-// How many rays there were, and 65536 times how many of these are open: of each share of the workgroup those from
+// The number of rays, and 65536 times that of the open ones: of each share of the workgroup those from
 // places around, those to the rim, and others. With the first lightmesh_lamp_hidden, once or more, if the record itself
 // has nothing of the lamp above it.
 shared uint lightmesh_lamp_counts[12];

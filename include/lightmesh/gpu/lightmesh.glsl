@@ -60,7 +60,7 @@
 #endif
 
 #ifndef LIGHTMESH_NO_RAYS
-// Whether nothing lies on the segment between two points, world units. Yours to define.
+// True if nothing lies on the segment between two points, world units. Yours to define.
 bool lightmesh_is_open(vec3 from, vec3 to);
 #endif
 
@@ -277,7 +277,7 @@ uint lightmesh_tile_size(uint tile) {
     return min(64u, lightmesh.light_count - 64u * tile);
 }
 
-// Where a light stands in the buffer; its slot is 64 * tile + l.
+// The place of a light in the buffer; its slot is 64 * tile + l.
 uint lightmesh_light(uint slot) {
     return lightmesh_light_tile_fours * lightmesh_tile_count() + lightmesh_light_fours * slot;
 }
@@ -313,7 +313,7 @@ LightMeshCone lightmesh_cone_of(uint light) {
     return LightMeshCone(uvec2[3](uvec2(first.w, second.x), second.yz, uvec2(second.w, third.x)), third.yz);
 }
 
-// Whether a light's cone holds the offset from the light to a point; exact.
+// True if a light's cone holds the offset from the light to a point; exact.
 bool lightmesh_cone_holds(LightMeshCone cone, vec3 offset, bool is_wide) {
     uvec2 along = uvec2(0u), across = uvec2(0u);
     for (int i = 0; i < 3; ++i) {
@@ -349,7 +349,7 @@ bool lightmesh_in_cone(uint light, vec3 offset, bool is_wide) {
     return is_wide ? along > 0.0 || difference < 0.0 : along > 0.0 && difference > 0.0;
 }
 
-// Whether a light that P may face reaches P. `is_clear`: whether floats tell that P faces it.
+// True if a light that P may face reaches P. `is_clear`: whether floats tell that P faces it.
 bool lightmesh_reaches(uint light, uint kind, vec3 at, vec3 offset, vec3 P, vec3 n, bool is_clear) {
     if ((kind & lightmesh_reaches_nothing) != 0u)
         return false;
@@ -426,7 +426,7 @@ struct LightMeshHemisphere {
     int lowest_height;
 };
 
-// What the seeds that P sees reach.
+// The floods of the seeds that P sees.
 struct LightMeshFloods {
     int count;
     uint first;
@@ -452,7 +452,7 @@ struct LightMeshPoint {
     ivec3 low;        // the light point at the corner of the eight around the place in front of P
     ivec3 fraction;   // where that place lies between these, of 1024
     uint left;        // which of the eight were not sought yet
-    int far_seeds;    // how many others were
+    int far_seeds;    // how many of twelve others were; 13: all
     int size;         // number of light points of the hemisphere; -1: not counted yet
     int linked;       // of those that floods reach
 };
@@ -579,7 +579,7 @@ LightMeshCoordinate lightmesh_coordinate(int level, int axis, float position) {
     return LightMeshCoordinate(whole, part, left, is_held ? size * inverse_step * 2.2737368e-13 : 2.0);
 }
 
-// Where P lies along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
+// The position of P along an axis: the first and the last brick that the hemisphere may reach, and its place from the first
 // one's first light point on in 2^-f steps.
 struct LightMeshReach {
     int first;
@@ -656,7 +656,7 @@ bool lightmesh_find_hemisphere(inout LightMeshPoint p) {
 
 // ---- bricks
 
-// Where the directory's words of a region of 4 x 4 x 4 bricks of a level begin; 0 if there is none.
+// The place where the directory's words of a region of 4 x 4 x 4 bricks of a level begin; 0 if there is none.
 uint lightmesh_find_region(int level, ivec3 region) {
     uvec3 r = uvec3(region);
     uint hash = r.x * 0x9e3779b1u ^ r.y * 0x85ebca77u ^ r.z * 0xc2b2ae3du ^ uint(level) * 0x27d4eb2fu;
@@ -670,7 +670,7 @@ uint lightmesh_find_region(int level, ivec3 region) {
     }
 }
 
-// Where the record of a brick stands, given its region; lightmesh_no_brick if it is not there.
+// The place of a brick's record, given its region; lightmesh_no_brick if it is not there.
 uint lightmesh_brick_of(uint region, ivec3 coord) {
     if (region == 0u)
         return lightmesh_no_brick;
@@ -722,7 +722,7 @@ uint lightmesh_find_flood(int level, ivec3 seed) {
     return (rank & 1) == 0 ? at.x : at.y;
 }
 
-// What a flood reaches in a brick.
+// The light points that a flood reaches in a brick.
 uvec2 lightmesh_reached(uint flood, ivec3 coord) {
     uint at = flood - 1u;
     ivec3 p = coord - ivec3(lightmesh_bits[at >> 1].xyz);
@@ -829,6 +829,12 @@ bool lightmesh_in_hemisphere(LightMeshHemisphere p, ivec3 light_point) {
 }
 
 #ifndef LIGHTMESH_NO_RAYS
+// The light point of a bit of a brick.
+ivec3 lightmesh_point_of(ivec3 brick, int bit) {
+    int cell = bit >> 3;
+    return 4 * brick + ivec3(2 * (cell & 1) + (bit & 1), 2 * (cell >> 1 & 1) + (bit >> 1 & 1), 2 * (cell >> 2) + (bit >> 2 & 1));
+}
+
 // The light point of this number, in the order of bricks and bits.
 ivec3 lightmesh_point_at(LightMeshPoint p, int number) {
     for (int z = 0; z < p.hemisphere.bricks.z; ++z)
@@ -849,13 +855,30 @@ ivec3 lightmesh_point_at(LightMeshPoint p, int number) {
                     for (; number > 0; --number)
                         rest &= rest - 1u;
                     bit += findLSB(rest);
-                    int cell = bit >> 3;
-                    return 4 * (p.hemisphere.first + ivec3(x + i, y, z)) +
-                           ivec3(2 * (cell & 1) + (bit & 1), 2 * (cell >> 1 & 1) + (bit >> 1 & 1),
-                                 2 * (cell >> 2) + (bit >> 2 & 1));
+                    return lightmesh_point_of(p.hemisphere.first + ivec3(x + i, y, z), bit);
                 }
             }
     return ivec3(0);
+}
+
+// The first light point of the hemisphere that P sees, in the same order; false if it sees none.
+bool lightmesh_find_seen(LightMeshPoint p, out ivec3 seen) {
+    for (int z = 0; z < p.hemisphere.bricks.z; ++z)
+        for (int y = 0; y < p.hemisphere.bricks.y; ++y)
+            for (int x = 0; x < p.hemisphere.bricks.x; x += 3) {
+                LightMeshMasks masks = lightmesh_masks(p.hemisphere, ivec3(x, y, z));
+                for (int i = 0; i < 6; ++i) {
+                    uvec2 mask = masks.of[i >> 1];
+                    for (uint rest = (i & 1) == 0 ? mask.x : mask.y; rest != 0u; rest &= rest - 1u) {
+                        int bit = findLSB(rest) + 32 * (i & 1);
+                        seen = lightmesh_point_of(p.hemisphere.first + ivec3(x + (i >> 1), y, z), bit);
+                        if (lightmesh_is_open(p.end, lightmesh_light_point(p.level, seen)))
+                            return true;
+                    }
+                }
+            }
+    seen = ivec3(0);
+    return false;
 }
 
 bool lightmesh_is_reached(LightMeshPoint p, ivec3 light_point) {
@@ -866,7 +889,7 @@ bool lightmesh_is_reached(LightMeshPoint p, ivec3 light_point) {
     return ((bit < 32u ? reached.x : reached.y) >> (bit & 31u) & 1u) != 0u;
 }
 
-// Where seeds are sought along an axis, in front of P: the light point below, and 1024ths of a step beyond it.
+// The place where seeds are sought along an axis, in front of P: the light point below, and 1024ths of a step beyond it.
 struct LightMeshInFront {
     int low;
     int fraction;
@@ -943,6 +966,19 @@ const int lightmesh_no_flood = 1;     // P sees such a seed, but nobody looked w
 const int lightmesh_no_seed = 2;      // there is none left
 const int lightmesh_wants_size = 3;   // of the hemisphere, to find seeds far from P
 
+// Adds the flood of a seed that P sees.
+int lightmesh_add_flood(inout LightMeshPoint p, ivec3 seed) {
+    uint flood = lightmesh_find_flood(p.level, seed);
+    if (flood == 0u)
+        return lightmesh_no_flood;
+    if (p.floods.count == 0)
+        p.floods.first = flood;
+    else
+        p.floods.others[p.floods.count - 1] = flood;
+    ++p.floods.count;
+    return lightmesh_found_flood;
+}
+
 int lightmesh_seek_flood(inout LightMeshPoint p, out ivec3 seed) {
     seed = ivec3(0);
     while (true) {
@@ -953,22 +989,14 @@ int lightmesh_seek_flood(inout LightMeshPoint p, out ivec3 seed) {
         } else {
             if (p.size < 0)
                 return lightmesh_wants_size;
-            if (p.far_seeds == 12 || 4 * p.linked >= p.size)
+            if (4 * p.linked >= p.size || p.far_seeds == 13 || (p.far_seeds == 12 && p.linked > 0))
                 return lightmesh_no_seed;
-            seed = lightmesh_point_at(p, (2 * p.far_seeds + 1) * p.size / 24);
-            ++p.far_seeds;
+            if (p.far_seeds++ == 12)
+                return lightmesh_find_seen(p, seed) ? lightmesh_add_flood(p, seed) : lightmesh_no_seed;
+            seed = lightmesh_point_at(p, (2 * p.far_seeds - 1) * p.size / 24);
         }
-        if (lightmesh_is_reached(p, seed) || !lightmesh_is_open(p.end, lightmesh_light_point(p.level, seed)))
-            continue;
-        uint flood = lightmesh_find_flood(p.level, seed);
-        if (flood == 0u)
-            return lightmesh_no_flood;
-        if (p.floods.count == 0)
-            p.floods.first = flood;
-        else
-            p.floods.others[p.floods.count - 1] = flood;
-        ++p.floods.count;
-        return lightmesh_found_flood;
+        if (!lightmesh_is_reached(p, seed) && lightmesh_is_open(p.end, lightmesh_light_point(p.level, seed)))
+            return lightmesh_add_flood(p, seed);
     }
 }
 #endif
@@ -1143,7 +1171,7 @@ bool lightmesh_sees_light(uint of_level, ivec3 brick, uint p, uint slot) {
 }
 #endif
 
-// What a pass over the hemisphere finds of a tile of lights.
+// The findings of a pass over the hemisphere for a tile of lights.
 struct LightMeshPass {
     int size;             // number of light points
     int linked;           // of these that floods reach; all without the linked short test
@@ -1357,7 +1385,7 @@ uint lightmesh_count_of(LightMeshTile tile, uint l) {
     return reaching != 0u ? count : 0u;
 }
 
-// Whether S of light l of a tile is not known.
+// True if S of light l of a tile is not known.
 bool lightmesh_is_missing(LightMeshTile tile, uint l) {
     return ((l < 32u ? tile.missing.x : tile.missing.y) >> (l & 31u) & 1u) != 0u;
 }

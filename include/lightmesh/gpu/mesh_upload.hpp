@@ -111,7 +111,7 @@ private:
 
     detail::UploadWords& words(Buffer buffer) { return words_[buffer]; }
 
-    /// Whether what there is can hold the mesh: bricks of the same size on the same grid.
+    /// True if what there is can hold the mesh: bricks of the same size on the same grid.
     bool fits(const detail::MeshView& mesh) const {
         return round_ != 0 && tile_count_ == mesh.lights->tile_count() && quality_ == mesh.grid->quality() &&
                step_ == mesh.grid->step() && origin_ == mesh.grid->origin();

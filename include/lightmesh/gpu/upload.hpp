@@ -32,7 +32,7 @@ struct UploadRange {
     std::span<const std::byte> bytes;  ///< valid until the upload changes
 };
 
-/// What shaders have asked for in a request buffer.
+/// The requests of shaders in a request buffer.
 struct UploadRequests {
     std::vector<SurfacePoint> points;  ///< to be handed to `fill`
     bool overflowed = false;           ///< more was asked for than there was room for: ask again
@@ -68,7 +68,7 @@ inline std::vector<std::byte> empty_requests(std::size_t capacity) {
     return bytes;
 }
 
-/// What shaders have written to a request buffer. Throws std::invalid_argument if it is none.
+/// Reads what shaders have written to a request buffer. Throws std::invalid_argument if it is none.
 inline UploadRequests read_requests(std::span<const std::byte> bytes) {
     std::array<std::uint32_t, 4> head{};
     if (bytes.size() >= sizeof head)

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-/// What a light mesh stores, as plain structs that point to each other by index: the same in memory and in a
+/// The data of a light mesh, as plain structs that point to each other by index: the same in memory and in a
 /// snapshot.
 ///
 ///     region 8x8x8 bricks -> brick 4x4x4 light points -> tile of 64 lights -> cells of 2x2x2 light points
@@ -16,6 +16,12 @@
 ///                                        +-> links, floods
 ///
 /// Indices are stored plus one: 0 stands for "nothing".
+///
+/// A cell has the bits of all lights side by side, a byte each: a load, an AND and a look-up count 16 to 64
+/// lights at once. It is found cell by cell, too, so that a query at the rim of a brick traces no more of it.
+/// The other way round, one word of 64 light points for each light that sees a brick in part, takes 8 bytes
+/// for each such light; a cell takes 16 to 64 for all of them, a brick of eight 128 to 512. So words would be
+/// smaller where less than 16 lights of a tile see a brick in part.
 
 namespace lightmesh::detail {
 
@@ -78,9 +84,9 @@ struct alignas(16) CellRow {
     std::array<std::uint8_t, lights_per_tile> bytes;
 };
 
-/// Where a cell's visibilities are. Cells that few lights see by half, most of all outside foliage, take two
-/// words and a byte for each such light; the others take a `CellRow`. Those that know no more than what is
-/// uniform in their brick (see `BrickTile`) take nothing.
+/// The place of a cell's visibilities. Cells that few lights see by half, most of all outside foliage, take
+/// two words and a byte for each such light; the others take a `CellRow`. Those that know no more than what
+/// is uniform in their brick (see `BrickTile`) take nothing.
 struct CellIndex {
     std::uint32_t value = 0;
 
@@ -96,7 +102,7 @@ struct CellIndex {
 /// light that some see; from word 2 on a byte for each of the latter, bit p for light point p.
 inline constexpr int most_mixed_in_words = 8;
 
-/// How many words such a cell takes.
+/// The number of words that such a cell takes.
 inline std::size_t words_of_cell(const std::uint64_t* words) {
     return words[1] != 0 ? 3 : 2;
 }
@@ -112,7 +118,7 @@ struct BrickTile {
     std::uint32_t unused;
 };
 
-/// What samples of a brick have told of a tile's lights: see `BrickTile`.
+/// The news that samples of a brick have brought of a tile's lights: see `BrickTile`.
 struct UniformLights {
     std::uint32_t sampled = 0;
     std::uint64_t uniform = 0;

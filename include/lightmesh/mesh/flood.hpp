@@ -33,8 +33,8 @@ struct FloodBox {
         side = side_of(quality);
     }
 
-    /// How far links are followed, in steps. A hemisphere lies within q of its surface point, and an even
-    /// seed (see `SeedCandidates`) within one step of that.
+    /// The distance over which links are followed, in steps. A hemisphere lies within q of its surface point,
+    /// and an even seed (see `SeedCandidates`) within one step of that.
     static float radius(float quality) { return quality + 1.0f; }
 
     /// 2 n + 1 light points in a row touch up to so many bricks.
@@ -54,7 +54,8 @@ struct FloodBox {
     }
 };
 
-/// What a seed reaches: for each brick of its box all light points, none, or those of a mask. Words:
+/// The light points that a seed reaches: for each brick of its box all light points, none, or those of a
+/// mask. Words:
 ///
 ///     seed's number in its brick << 32 | index plus one of the next flood of the brick
 ///     a bit for each slot whose light points are all reached       } `bit_words` each
@@ -78,7 +79,7 @@ public:
         return sum;
     }
 
-    /// Whether it names slots of a box with so many only, and none as both full and partial.
+    /// True if it names slots of a box with so many only, and none as both full and partial.
     bool has_slots(std::size_t slots) const {
         const std::size_t words = bit_words(slots);
         const std::uint64_t beyond = slots % 64 == 0 ? 0 : ~std::uint64_t{0} << (slots % 64);
@@ -123,7 +124,7 @@ inline std::uint32_t find_flood(const MeshView& mesh, const Brick& brick, int se
     return flood;
 }
 
-/// What a flood needs in words, and writing them: reached[slot] of the light points of interest in
+/// The words that a flood needs, and writing them: reached[slot] of the light points of interest in
 /// asked[slot], for each slot of the box.
 class FloodRecord {
 public:

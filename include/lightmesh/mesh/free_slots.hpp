@@ -11,7 +11,7 @@
 
 namespace lightmesh::detail {
 
-/// What stands in the place of a light that was removed.
+/// The stand-in for a light that was removed.
 inline Light no_light() {
     return PointLight{.range = 0.0f};
 }

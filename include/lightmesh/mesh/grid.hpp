@@ -15,9 +15,9 @@
 
 namespace lightmesh {
 
-/// Where the light points lie: x(i, j, k) = origin + step * (i, j, k), for all integers of magnitude up to
-/// `Grid::max_index`. World units; computed in double, so that far from the origin the points are still the
-/// nearest floats to their places.
+/// The positions of the light points: x(i, j, k) = origin + step * (i, j, k), for all integers of magnitude
+/// up to `Grid::max_index`. World units; computed in double, so that far from the origin the points are still
+/// the nearest floats to their places.
 class Grid {
 public:
     /// Beyond this index a float cannot tell neighbouring light points apart.

@@ -18,7 +18,8 @@
 
 namespace lightmesh::detail {
 
-/// Where a light shines from and how far; nothing for a light without a range, which shines everywhere.
+/// The place that a light shines from, and its range; nothing for a light without a range, which shines
+/// everywhere.
 struct LightBall {
     glm::vec3 centre{0.0f};
     float range = std::numeric_limits<float>::infinity();
@@ -81,7 +82,7 @@ public:
 
     bool operator==(const LightOrder&) const = default;
 
-    /// Whether the order is the user's own.
+    /// True if the order is the user's own.
     bool is_given() const { return light_at_.empty(); }
     std::size_t light_at(std::size_t slot) const { return is_given() ? slot : light_at_[slot]; }
     std::size_t slot_of(std::size_t light) const { return is_given() ? light : slot_of_[light]; }

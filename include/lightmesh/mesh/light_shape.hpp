@@ -37,7 +37,7 @@ struct LightCone {
     /// Everything before a plane, without the plane.
     static LightCone in_front_of(const glm::dvec3& unit_normal) { return {unit_normal, 1e30, false, false}; }
 
-    /// Whether an offset from the light, of any length, leads along one of the directions.
+    /// True if an offset from the light, of any length, leads along one of the directions.
     bool contains(const glm::vec3& offset) const {
         if (is_everything)
             return true;
@@ -50,7 +50,7 @@ struct LightCone {
     }
 };
 
-/// What a light is to a mesh, whatever its kind.
+/// A light as a mesh knows it, whatever its kind.
 struct LightShape {
     bool is_directional = false;
     /// The centre; of a directional light the unit vector towards it.

@@ -83,7 +83,7 @@ struct LightColumns {
         return cones.empty() || cones[l].contains(point - glm::vec3(at_x[l], at_y[l], at_z[l]));
     }
 
-    /// Whether any point within `radius` of the box can be reached, by range alone.
+    /// True if any point within `radius` of the box can be reached, by range alone.
     bool in_range(std::size_t l, const glm::vec3& low, const glm::vec3& high, float radius) const {
         const glm::vec3 at(at_x[l], at_y[l], at_z[l]);
         const glm::dvec3 offset((glm::max)((glm::max)(low - at, at - high), glm::vec3(0.0f)));
@@ -123,7 +123,7 @@ public:
 
     std::size_t size() const { return lights_->shapes.size(); }
     const LightShape& shape(std::size_t light) const { return lights_->shapes[light]; }
-    /// Whether the order is that of a table that is made of these lights.
+    /// True if the order is that of a table that is made of these lights.
     bool has_own_order() const { return order() == LightOrder(lights_->shapes); }
     /// Those of all tables together that share the lights.
     std::size_t bytes() const {
@@ -143,7 +143,7 @@ public:
     /// The lights of a tile.
     const LightColumns& tile(std::size_t t) const { return lights_->tiles[t]; }
 
-    /// Whether a light can reach a point at all: chi of equation (3), range and cone.
+    /// True if a light can reach a point at all: chi of equation (3), range and cone.
     bool can_light(std::size_t light, const glm::vec3& point, const glm::vec3& normal) const {
         const std::size_t slot = order().slot_of(light);
         const LightColumns& tile = lights_->tiles[slot / lights_per_tile];
@@ -167,7 +167,7 @@ public:
     }
 
 private:
-    /// What does not depend on the grid.
+    /// The part that does not depend on the grid.
     struct Lights {
         explicit Lights(std::span<const Light> lights)
             : shapes(checked(lights)), order(shapes),
@@ -207,7 +207,8 @@ private:
         return shapes;
     }
 
-    /// Where neighbouring floats are more than 2^-10 steps apart, or there is no place at all.
+    /// A test for places where neighbouring floats are more than 2^-10 steps apart, or there is no place at
+    /// all.
     bool is_far(const LightShape& shape) const {
         return shape.is_directional || largest_component(shape.at) > 0x1p14f * step_;
     }

@@ -31,8 +31,8 @@
 
 namespace lightmesh::detail {
 
-/// What may be taken from a snapshot: lights that are the same, and what has nothing to do with boxes that
-/// have changed.
+/// The parts that may be taken from a snapshot: lights that are the same, and what has nothing to do with
+/// boxes that have changed.
 struct MergeRules {
     std::span<const Bounds> changed;
     std::vector<bool> same_lights;      ///< for each light of the mesh whether the snapshot has it too
@@ -88,7 +88,7 @@ private:
                        margin * static_cast<float>(data_.grid().step()));
     }
 
-    /// Whether a changed box lies within so many steps of a brick.
+    /// True if a changed box lies within so many steps of a brick.
     bool near_change(const Brick& brick, float margin) const {
         return meets_any(box_of(brick, margin), rules_.changed);
     }
@@ -99,8 +99,8 @@ private:
         return rules_.changed.empty() || !rules_.lights[light].concerns(box_of(brick, 0.0f));
     }
 
-    /// What the snapshot knows of a tile of this mesh: units, the lights' bits, what samples told, and what
-    /// is known of some lights of groups only.
+    /// The knowledge that a snapshot has of a tile of this mesh: units, the lights' bits, what samples told,
+    /// and what is known of some lights of groups only.
     std::uint64_t read_tile(const Brick& brick, std::size_t t, BrickWords& lit, UniformLights& samples,
                             KeptLights& kept) const {
         lit.fill(0);
@@ -217,7 +217,7 @@ private:
         }
     }
 
-    /// Whether a cell is stored alike in both: then it has the same values.
+    /// True if a cell is stored alike in both: then it has the same values.
     bool holds_same(const MeshView& mine, const BrickTile& my_tile, const BrickTile& their_tile,
                     std::size_t cell) const {
         const CellIndex my_cell{my_tile.cells[cell]};

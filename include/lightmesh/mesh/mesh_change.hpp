@@ -17,7 +17,7 @@
 
 namespace lightmesh::detail {
 
-/// What has been forgotten, by kinds.
+/// The numbers of things forgotten, by kinds.
 struct ForgottenCounts {
     std::uint64_t visibilities = 0;
     std::uint64_t links = 0;

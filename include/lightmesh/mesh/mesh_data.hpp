@@ -32,7 +32,7 @@ namespace lightmesh::detail {
 /// light in slot l of the tile from light point p.
 using BrickWords = std::array<std::uint64_t, lights_per_tile>;
 
-/// What a tile of a brick knows light by light, beside what it knows of whole groups: where some lights of a
+/// The knowledge of a brick's tile light by light, beside that of whole groups: where some lights of a
 /// group were forgotten, or came from elsewhere without the others.
 struct KeptLights {
     std::array<std::uint64_t, cells_per_brick> cells{};  ///< lights known in a cell beside `BrickTile::known`
@@ -84,14 +84,14 @@ public:
     const Settings& settings() const { return settings_; }
     const Grid& grid() const { return grid_; }
     const LightTable& lights() const { return lights_; }
-    /// Whether long tests are found by samples (see `Settings::adaptive_long_tests`).
+    /// True if long tests are found by samples (see `Settings::adaptive_long_tests`).
     bool is_adaptive() const {
         return settings_.adaptive_long_tests && settings_.short_test != ShortTest::exact;
     }
     /// As they were passed in.
     std::span<const Light> user_lights() const { return *user_lights_; }
 
-    /// What is there by now, and what comes later in regions that are there.
+    /// The data that is there by now, and what comes later in regions that are there.
     MeshView view() const {
         const SlotTable* table = table_.load(std::memory_order_acquire);
         return {&settings_,           &grid_,          &lights_,
@@ -181,7 +181,7 @@ public:
         tile.cells = cells;
     }
 
-    /// What is known of a tile light by light. Beside it other threads may publish.
+    /// All that is known of a tile light by light. Beside it other threads may publish.
     KeptLights find_kept(const Brick& brick, std::size_t t) const {
         if (kept_.empty())
             return {};
@@ -269,12 +269,12 @@ public:
         if (load_relaxed(brick.used) != frame_)
             store_relaxed(const_cast<Brick&>(brick).used, frame_);
     }
-    /// How many frames ago a query last asked for a brick.
+    /// The number of frames since a query last asked for a brick.
     std::uint16_t frames_unused(const Brick& brick) const {
         return static_cast<std::uint16_t>(frame_ - brick.used);
     }
 
-    /// Whether lights were changed, or anything was forgotten, since it was made.
+    /// True if lights were changed, or anything was forgotten, since it was made.
     bool was_updated() const { return !kept_.empty() || !lights_.has_own_order(); }
 
     /// Stores all that another mesh with the same lights in the same slots knows of a tile; returns false,
@@ -370,13 +370,13 @@ public:
                 visit(std::as_const(mesh.regions[region - 1]));
     }
 
-    /// Whether any brick is there.
+    /// True if any brick is there.
     bool knows_anything() const { return bricks_.size() != 0; }
-    /// Whether nothing was ever added, not even in vain: a region can be there without bricks after memory
+    /// True if nothing was ever added, not even in vain: a region can be there without bricks after memory
     /// ran out.
     bool is_untouched() const { return regions_.size() == 0 && !knows_anything(); }
 
-    /// How many entries of each kind there are, those that are no longer in use included.
+    /// The number of entries of each kind, those that are no longer in use included.
     struct Counts {
         std::size_t regions, bricks, tile_indices, tiles, rows, words;
     };
@@ -412,7 +412,7 @@ public:
     /// Of the lights, for all meshes together that share them.
     std::size_t light_bytes() const { return lights_.bytes() + user_lights_->capacity() * sizeof(Light); }
 
-    /// What a cell holds of all lights; 0 for those of unknown groups.
+    /// The bits that a cell holds of all lights; 0 for those of unknown groups.
     CellRow row_of(const BrickTile& tile, int cell) const {
         const CellIndex at{load_acquire(tile.cells[static_cast<std::size_t>(cell)])};
         if (at.is_nothing())
@@ -507,7 +507,7 @@ private:
         return index;
     }
 
-    /// What is to be stored of a tile: lights of its cells, and which are uniform then, with those that are
+    /// The bits to be stored of a tile: lights of its cells, and which are uniform then, with those that are
     /// there already.
     struct CellsToStore {
         std::array<std::uint64_t, cells_per_brick> lights{};
@@ -530,7 +530,7 @@ private:
         return cells;
     }
 
-    /// What a cell holds, with some lights taken from `lit`.
+    /// The bits that a cell holds, with some lights taken from `lit`.
     CellRow merged_row(const BrickTile& tile, int cell, std::uint64_t lights, const BrickWords& lit) const {
         CellRow row = row_of(tile, cell);
         for (; lights != 0; lights &= lights - 1) {

@@ -17,8 +17,8 @@
 
 namespace lightmesh::detail {
 
-/// What queries read: base addresses of all that is stored. The same over a live mesh, which may grow
-/// meanwhile, and over a snapshot. Cheap to copy.
+/// The data that queries read: base addresses of all that is stored. The same over a live mesh, which may
+/// grow meanwhile, and over a snapshot. Cheap to copy.
 struct MeshView {
     const Settings* settings = nullptr;
     const Grid* grid = nullptr;
@@ -41,7 +41,7 @@ struct MeshView {
         return brick == 0 ? nullptr : &bricks[brick - 1];
     }
 
-    /// Where the index of tile t of a brick stands.
+    /// The place of the index of tile t of a brick.
     const std::uint32_t& tile_index(const Brick& brick, std::size_t t) const {
         return lights->tile_count() == 1 ? brick.tiles
                                          : tile_indices[brick.tiles + static_cast<std::uint32_t>(t)];

@@ -22,7 +22,7 @@
 
 namespace lightmesh::detail {
 
-/// How a pool of T is cut into chunks: eight of one size, eight of twice that size, and so on. So no more
+/// The cut of a pool of T into chunks: eight of one size, eight of twice that size, and so on. So no more
 /// than an eighth of a pool lies idle, and a chunk is found from an index by shifts alone.
 template <class T>
 struct PoolChunks {
@@ -205,7 +205,7 @@ private:
     std::size_t bytes_ = 0;
     /// Of so many elements the first that were given back, index plus one; they begin with that of the next.
     std::array<std::uint32_t, most_reused + 1> free_{};
-    /// What each chunk's memory begins; none for a chunk that lies in that of one before it.
+    /// The memory that each chunk begins; none for a chunk that lies in that of one before it.
     std::array<Owner, Chunks::count> owners_{};
     typename PoolView<T>::Table chunks_{};
 };

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-/// What a box in which the scene has changed may have to do with.
+/// The things that a box in which the scene has changed may have to do with.
 
 namespace lightmesh::detail {
 
@@ -37,7 +37,7 @@ inline void check_changed(std::span<const Bounds> boxes) {
     }
 }
 
-/// Whether two boxes have a point in common.
+/// True if two boxes have a point in common.
 inline bool meets(const Bounds& a, const Bounds& b) {
     return a.low.x <= b.high.x && a.low.y <= b.high.y && a.low.z <= b.high.z && a.high.x >= b.low.x &&
            a.high.y >= b.low.y && a.high.z >= b.low.z;
@@ -62,13 +62,13 @@ inline Bounds bounds_of(const Grid& grid, const glm::ivec3& first_brick, const g
     return {grid.position(grid_pos_of(first_brick, 0)), grid.position(grid_pos_of(last_brick, 63))};
 }
 
-/// How far a segment between a point and a light goes on.
+/// The distance to which a segment between a point and a light goes on.
 enum class SegmentEnd {
     at_point,
     beyond_point,  ///< on and on, away from the light
 };
 
-/// Whether any segment between a box and a light meets another box: exact, but for rounding to the safe side.
+/// True if any segment between a box and a light meets another box: exact, but for rounding to the safe side.
 inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& box,
                     SegmentEnd end = SegmentEnd::at_point) {
     // The points at share t of the way are the box `from`, shrunk to 1 - t and moved: all axes must overlap
@@ -100,7 +100,7 @@ inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& b
     return first <= last + 1e-9 * std::abs(last) + 1e-12;
 }
 
-/// How long tests of a light look at the scene: what a changed box can have to do with.
+/// The way that long tests of a light look at the scene: what a changed box can have to do with.
 struct LightSight {
     double angle = 0.0;     ///< how far beside a segment something counts, at distance 1 from the light
     double distance = 0.0;  ///< the same, wherever it is; world units
@@ -108,7 +108,7 @@ struct LightSight {
     bool fits_scene = false;  ///< all of it may change with the bounds of the scene
 };
 
-/// What changed boxes have to do with one light.
+/// The effect of changed boxes on one light.
 class LightChange {
 public:
     LightChange(const LightShape& shape, const LightSight& sight, std::span<const Bounds> boxes)
@@ -122,7 +122,7 @@ public:
         }
     }
 
-    /// Whether the light may look different now from somewhere in a box.
+    /// True if the light may look different now from somewhere in a box.
     bool concerns(const Bounds& from) const {
         return std::ranges::any_of(boxes_,
                                    [&](const Bounds& box) { return crosses(from, shape_, box, end_); });

@@ -18,9 +18,9 @@
 #include <variant>
 #include <vector>
 
-/// What snapshots of meshes and of caches have in common: a header, and sections at multiples of 64 bytes. A
-/// `Header` has the members magic, version, byte_order, size, checksum and sections, and says what is right
-/// for the first three.
+/// The form that snapshots of meshes and of caches have in common: a header, and sections at multiples of 64
+/// bytes. A `Header` has the members magic, version, byte_order, size, checksum and sections, and says what
+/// is right for the first three.
 
 namespace lightmesh::detail {
 

@@ -29,7 +29,7 @@
 
 namespace lightmesh::detail {
 
-/// Where a section stands.
+/// The place of a section.
 struct SnapshotSection {
     std::uint64_t offset;  ///< from the first byte of the header
     std::uint64_t count;   ///< of its structs

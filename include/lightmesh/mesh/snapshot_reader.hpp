@@ -31,8 +31,8 @@
 
 namespace lightmesh::detail {
 
-/// What a snapshot knows of a level, read where it stands. Everything is checked first: whatever the bytes
-/// are, what follows neither reads beyond them nor goes on without end. Must not move.
+/// The knowledge that a snapshot has of a level, read where it stands. Everything is checked first: whatever
+/// the bytes are, what follows neither reads beyond them nor goes on without end. Must not move.
 class SnapshotLevel {
 public:
     /// Throws std::invalid_argument that says in one sentence what is wrong with the parts.
@@ -95,8 +95,8 @@ private:
                           "a region is not where its table says");
     }
 
-    /// How many parts have been named so far. The next one of a kind is the next to be named, so that each
-    /// is named once: no few bytes stand for much, and what has been changed has one owner.
+    /// The number of parts that have been named so far. The next one of a kind is the next to be named, so
+    /// that each is named once: no few bytes stand for much, and what has been changed has one owner.
     struct Named {
         std::uint64_t bricks = 0;
         std::uint64_t tile_indices = 0;

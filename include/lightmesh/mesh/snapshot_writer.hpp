@@ -30,7 +30,7 @@ namespace lightmesh::detail {
 using SnapshotWriter = BlockWriter<SnapshotHeader, LightRecord, SnapshotLevelRecord, std::uint32_t, Region,
                                    Brick, std::uint32_t, BrickTile, CellRow, std::uint64_t>;
 
-/// How many structs the levels have so far, of each section of which they have a part.
+/// The number of structs that the levels have so far, of each section of which they have a part.
 inline std::array<std::uint64_t, level_section_count> level_counts(const SnapshotWriter& block) {
     std::array<std::uint64_t, level_section_count> counts;
     std::copy_n(block.counts().begin() + first_level_section, level_section_count, counts.begin());
@@ -63,7 +63,7 @@ public:
     static std::size_t slots_for(std::size_t regions) { return std::bit_ceil(2 * regions + 2); }
 
 private:
-    /// How many of a section's structs are the level's own by now.
+    /// The number of a section's structs that are the level's own by now.
     template <SnapshotSectionName section>
     std::uint32_t size_of() const {
         return static_cast<std::uint32_t>(block_.counts()[section] - first_[section - first_level_section]);

@@ -24,7 +24,7 @@ namespace lightmesh::detail {
 struct BrickPoints {
     const Brick* brick;    ///< null where a snapshot has no such brick
     std::uint64_t points;  ///< bits as in `bit_of`
-    /// Where the brick stands in the `BrickWindow` of its set: greater for bricks that come later in the
+    /// The slot of the brick in the `BrickWindow` of its set: greater for bricks that come later in the
     /// order of z, y, x.
     std::uint32_t slot;
     /// Those that the linked short test has found so far.
@@ -54,7 +54,7 @@ public:
         return false;
     }
 
-    /// How many slots it has.
+    /// The number of its slots.
     std::size_t size() const { return static_cast<std::size_t>(side_ * side_ * side_); }
 
     bool contains(const glm::ivec3& coord) const {
@@ -65,7 +65,7 @@ public:
         const glm::ivec3 p = coord - first_;
         return static_cast<std::uint32_t>(p.x + side_ * (p.y + side_ * p.z));
     }
-    /// How many slots a brick of a box lies after the first of the box.
+    /// The number of slots by which a brick of a box lies after the first of the box.
     std::uint32_t slots_to(const BrickMask& brick) const {
         const auto side = static_cast<std::uint32_t>(side_);
         return brick.x + side * (brick.y + side * brick.z);
@@ -164,7 +164,7 @@ private:
     int point_count_ = 0;
 };
 
-/// Whether the bricks of a set are known to be uniform for each of these lights of a tile, and alike. Without
+/// True if the bricks of a set are known to be uniform for each of these lights of a tile, and alike. Without
 /// entries nothing is known.
 inline bool bricks_agree(const MeshView& mesh, std::span<const BrickPoints> entries, std::size_t tile,
                          std::uint64_t lights) {

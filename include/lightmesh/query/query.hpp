@@ -161,7 +161,7 @@ private:
         return next - first;
     }
 
-    /// Whether any light reaches the point.
+    /// True if any light reaches the point.
     bool find_reaching_lights(const QueryPoint& point) {
         std::uint64_t any = 0;
         auto& cached = reaching_[static_cast<std::size_t>(&point - points_.data())];
@@ -434,14 +434,15 @@ private:
             give(point, tile, values.data());
     }
 
-    /// Where the values of a tile's 64 slots stand side by side in the point's row; null if they do not.
+    /// The place where the values of a tile's 64 slots stand side by side in the point's row; null if they do
+    /// not.
     float* whole_tile_of(const QueryPoint& point, std::size_t tile) const {
         const bool is_whole = point.share == 1.0f && lights().order().is_given() &&
                               (tile + 1) * lights_per_tile <= lights().size();
         return is_whole ? row(point).data() + tile * lights_per_tile : nullptr;
     }
 
-    /// What is blended into a row cannot be taken back: then exact short tests come first.
+    /// True where exact short tests come first, since nothing that is blended into a row can be taken back.
     bool awaits_rays(const QueryPoint& point) const {
         return short_test() == ShortTest::exact && point.share != 1.0f && !point.is_tested;
     }

@@ -21,7 +21,7 @@ struct PointBatch {
     std::span<const glm::vec3> positions;
     std::span<const glm::vec3> normals;
     std::span<const std::uint32_t> rows{};  ///< of the result; empty: in their order
-    /// How much of what is in a row is replaced by the point's values; empty: 1 for each.
+    /// The share of what is in a row that the point's values replace; empty: 1 for each.
     std::span<const float> shares{};
 
     std::size_t size() const { return positions.size(); }
@@ -39,7 +39,7 @@ struct QueryPoint {
     glm::ivec3 seed{0};
     const BrickPoints* seed_entry = nullptr;
     int linked_count = 0;      ///< neighbours that are linked by now
-    int far_seeds = 0;         ///< of `most_far_seeds` those that were tried
+    int far_seeds = 0;         ///< those of all neighbours that were tried, not only those around the point
     std::size_t row = 0;       ///< the row of the result
     float share = 1.0f;        ///< see `PointBatch::shares`
     std::uint32_t window = 0;  ///< sets of one window can be compared
@@ -56,8 +56,8 @@ struct QueryPoint {
 
     /// Goes on to the next light point that may be a seed of the linked short test: those around the point,
     /// and where these together reach less than a quarter of the neighbours, it may lie in a hollow: then
-    /// some of all neighbours, evenly. False if there is none left: then the neighbours are those that are
-    /// linked by now.
+    /// some of all neighbours, evenly, and where it sees none of these, all until it sees one: through a gap
+    /// it may see few. False if there is none left: then the neighbours are those that are linked by now.
     bool next_seed() {
         while (!seeds.empty()) {
             seed = seeds.next();
@@ -65,9 +65,11 @@ struct QueryPoint {
             if (seed_entry != nullptr && !is_linked(seed_entry, bit_in_brick(seed)))
                 return true;
         }
-        while (far_seeds < most_far_seeds && 4 * linked_count < neighbours.point_count()) {
-            const auto [entry, bit] =
-                neighbours.point_at((2 * far_seeds + 1) * neighbours.point_count() / (2 * most_far_seeds));
+        const int size = neighbours.point_count();
+        while (4 * linked_count < size && far_seeds < most_far_seeds + (linked_count == 0 ? size : 0)) {
+            const auto [entry, bit] = neighbours.point_at(
+                far_seeds < most_far_seeds ? (2 * far_seeds + 1) * size / (2 * most_far_seeds)
+                                           : far_seeds - most_far_seeds);
             ++far_seeds;
             seed = grid_pos_of(entry->brick->position(), bit);
             seed_entry = entry;
@@ -79,7 +81,7 @@ struct QueryPoint {
     }
 
 private:
-    /// What is linked already has hardly more to add.
+    /// True if a light point is linked already: it has hardly more to add.
     static bool is_linked(const BrickPoints* entry, int bit) { return (entry->linked >> bit & 1) != 0; }
 };
 

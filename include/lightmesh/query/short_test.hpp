@@ -50,11 +50,11 @@ bool link_to_seed(const Filler& filler, const MeshView& mesh, QueryPoint& point)
     });
 }
 
-/// What a seed's flood reaches of the bricks of a `BrickWindow`. The points of a block have few seeds: each
-/// is unpacked for many of them.
+/// The light points that a seed's flood reaches in the bricks of a `BrickWindow`. The points of a block have
+/// few seeds: each is unpacked for many of them.
 class WindowFlood {
 public:
-    /// Whether it is that of a seed, and of a window by its number.
+    /// True if it is that of a seed, and of a window by its number.
     bool is_of(const glm::ivec3& seed, std::uint32_t window) const {
         return is_there_ && seed == seed_ && window == window_;
     }
@@ -99,7 +99,7 @@ private:
     std::array<std::uint64_t, BrickWindow::most_slots> reached_;
 };
 
-/// Whether P sees at least one of its neighbours: then the interpolation set is not empty.
+/// True if P sees at least one of its neighbours: then the interpolation set is not empty.
 template <Intersector Tracer>
 bool sees_any_neighbour(const Tracer& tracer, const MeshView& mesh, const QueryPoint& point,
                         QueryStatistics* statistics) {

@@ -18,7 +18,7 @@
 
 namespace lightmesh::detail {
 
-/// How two interpolation sets of one `BrickWindow` differ in a brick.
+/// The difference of two interpolation sets of one `BrickWindow` in a brick.
 struct BrickChange {
     const Brick* brick;
     std::uint64_t added;
@@ -81,7 +81,7 @@ public:
     }
     void remove(const Brick& brick, std::uint64_t points) { gather(brick, points, 0, removed_); }
 
-    /// Whether all that was wanted of what was added was known when it was looked up; else `forget` and
+    /// True if all that was wanted of what was added was known when it was looked up; else `forget` and
     /// `start_anew` must come next.
     bool knows_all() const { return missing_ == 0; }
     /// Looks all up again.

@@ -52,7 +52,7 @@ private:
     Renderer renderer_;
 };
 
-/// What a shadow map knows about a point, from the four texels around it.
+/// The knowledge that a shadow map has about a point, from the four texels around it.
 enum class ShadowMapLookup {
     dark,  ///< something is before the point
     lit,   ///< nothing is
@@ -89,7 +89,7 @@ class ShadowMap {
     static_assert(check_depth_renderer<Renderer>());
 
 public:
-    /// What several maps may share.
+    /// The parts that several maps may share.
     using Shared = SharedDepthRenderer<Renderer>;
 
     /// Throws std::invalid_argument that names the value for a light or settings that are not finite or out
@@ -175,7 +175,7 @@ public:
                 pictures_[i].forget();
     }
 
-    /// Whether all pictures of another map are taken as these are.
+    /// True if all pictures of another map are taken as these are.
     bool has_views_of(const ShadowMap& other) const { return views_ == other.views_; }
 
     /// The greatest side of a texel of a light with a position, at distance 1 from it; else 0.
@@ -183,8 +183,8 @@ public:
     /// The greatest side of a texel of a directional light, in world units; else 0.
     double texel_side() const { return views_.texel_side(); }
 
-    /// What may be asked of the renderer: 1 (directional), 6, or 7 views, of which a spot light needs the
-    /// first for its cone and the others only for points outside of it.
+    /// The views that may be asked of the renderer: 1 (directional), 6, or 7 views, of which a spot light
+    /// needs the first for its cone and the others only for points outside of it.
     std::span<const DepthView> views() const { return views_.all(); }
 
     /// Pictures rendered so far.
@@ -251,7 +251,7 @@ private:
         return coord.distance * (1.0f + bias * coord.relative_texel) + bias * coord.absolute_texel <= stored;
     }
 
-    /// Whether the texels' distances differ by no more than some sides of a texel.
+    /// True if the texels' distances differ by no more than some sides of a texel.
     static bool is_one_surface(const Around& around, float sides) {
         const auto [nearest, farthest] = std::ranges::minmax(around.stored);
         return farthest <=
@@ -275,7 +275,7 @@ private:
         return view.orthographic ? sum : around.coord.stretch / sum;
     }
 
-    /// What a texel holds that may lie outside of the picture.
+    /// The value of a texel that may lie outside of the picture.
     float texel(const detail::TexelCoord& coord, int column, int row) const {
         if (coord.view < 0)
             return std::numeric_limits<float>::infinity();

@@ -26,7 +26,7 @@
 
 namespace lightmesh {
 
-/// What a user chooses for a shadow map of its own; a light mesh makes one of these from its own settings.
+/// The choices of a user for a shadow map of its own; a light mesh makes one of these from its own settings.
 struct ShadowMapSettings {
     /// Side of each picture in texels, in [1, 16384]. A picture takes 4 * resolution^2 bytes.
     int resolution = 1024;
@@ -128,7 +128,7 @@ public:
     double texel_angle() const { return is_parallel() ? 0.0 : greatest_texel(); }
     double texel_side() const { return is_parallel() ? greatest_texel() : 0.0; }
 
-    /// Whether some of a box may be in a picture: not if all of its corners lie beyond one of its sides.
+    /// True if some of a box may be in a picture: not if all of its corners lie beyond one of its sides.
     bool may_show(std::size_t i, const Bounds& box) const {
         const DepthView& view = views_[i];
         // Wider by two texels, against roundings.

@@ -92,14 +92,15 @@ public:
             lit[i] = visible(points[i]) ? 1 : 0;
     }
 
-    /// Whether how the light looks depends on where the triangles are: that of a directional light.
+    /// True if how the light looks depends on where the triangles are: that of a directional light.
     bool fits_triangles() const { return frames_.front().parallel; }
-    /// How far a light with a position is from the origin, along the axis where that is most; world units.
+    /// The distance of a light with a position from the origin, along the axis where that is most; world
+    /// units.
     float distance() const {
         const glm::dvec3 at = (glm::abs)(frames_.front().eye);
         return fits_triangles() ? 0.0f : static_cast<float>((std::max)((std::max)(at.x, at.y), at.z));
     }
-    /// Whether the light of another one looks along the same axes at the same scale: then both say the same
+    /// True if the light of another one looks along the same axes at the same scale: then both say the same
     /// of points that only triangles hide which both have.
     bool has_frames_of(const ShadowVolumes& other) const {
         return frames_ == other.frames_ && clearance_ == other.clearance_;

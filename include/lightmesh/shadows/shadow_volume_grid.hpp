@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-/// Where the shadow volumes of triangles lie as a light sees them: a grid of lists over a quarter of a turn
+/// The shadow volumes of triangles as a light sees them: a grid of lists over a quarter of a turn
 /// in both directions, or over the scene for parallel light. In double throughout: a volume of a far triangle
 /// is thin.
 
@@ -51,7 +51,7 @@ inline double determinant(const glm::dvec3& a, const glm::dvec3& b, const glm::d
     return glm::dot(a, glm::cross(b, c));
 }
 
-/// Whether a point lies in the shadow volume of a triangle: within the pyramid (or prism) from the light
+/// True if a point lies in the shadow volume of a triangle: within the pyramid (or prism) from the light
 /// through its edges, and beyond it. What the way to the point meets within `clearance` of its length from
 /// the light does not count.
 inline bool in_shadow_volume(const SeenPoint& point, const SeenTriangle& triangle, bool parallel,

@@ -7,7 +7,7 @@
 
 namespace lightmesh::detail {
 
-/// How long things have gone unused: how many of them for so many frames.
+/// The time that things have gone unused: how many of them for so many frames.
 class FrameAges {
 public:
     /// Frames from here on are not told apart.
@@ -31,7 +31,7 @@ public:
         return frames;
     }
 
-    /// Whether any are older.
+    /// True if any are older.
     bool has_older(int frames) const {
         return std::any_of(counts_.begin() + frames + 1, counts_.end(),
                            [](std::size_t count) { return count != 0; });

@@ -10,7 +10,7 @@
 
 namespace lightmesh::detail {
 
-/// Whether the processor that the program runs on has what functions marked LIGHTMESH_AVX2 need.
+/// True if the processor that the program runs on has what functions marked LIGHTMESH_AVX2 need.
 inline bool can_run_avx2() {
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
            __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");

@@ -32,7 +32,7 @@ struct Candidate {
     bool operator==(const Candidate&) const = default;
 };
 
-/// Whether it is a `VisibilityCache`, and no `LightMesh`.
+/// True if it is a `VisibilityCache`, and no `LightMesh`.
 inline bool is_cache(const Candidate& candidate) {
     return candidate.spacing != 0.0f;
 }
@@ -42,17 +42,17 @@ inline float radius_of(const Candidate& candidate) {
     return is_cache(candidate) ? 0.0f : candidate.radius;
 }
 
-/// Whether a map size matters.
+/// True if a map size matters.
 inline bool uses_shadow_maps(LongTest long_test) {
     return long_test == LongTest::shadow_maps || long_test == LongTest::refined_shadow_maps;
 }
 
-/// What a grid of candidates is made of: every combination of the first five members' values for light
-/// meshes, and of the last three for caches.
+/// The values that a grid of candidates is made of: every combination of the first five members' values for
+/// light meshes, and of the last three for caches.
 struct Choices {
     std::vector<float> radii{};                            ///< world units; `suggest_radii` has an idea
     std::vector<float> qualities{2.0f, 3.0f, 4.0f, 6.0f};  ///< in [1, 16]
-    /// How V(P, x) may be found.
+    /// The ways that V(P, x) may be found.
     std::vector<ShortTest> short_tests{ShortTest::none, ShortTest::linked, ShortTest::exact};
     std::vector<LongTest> long_tests{LongTest::rays};  ///< how V(L, x) may be found
     std::vector<int> shadow_map_sizes{512, 1024};      ///< only for shadow maps

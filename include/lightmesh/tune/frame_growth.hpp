@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-/// How many light points a set of surface points touches, found without a ray of the user's.
+/// The number of light points that a set of surface points touches, found without a ray of the user's.
 
 namespace lightmesh::tune::detail {
 
@@ -25,9 +25,9 @@ struct OpenSpace {
     }
 };
 
-/// How light points grow with surface points: n points touch max * n / (n + half) of them. Points far from
-/// each other have light points of their own (n much smaller than half); the more there are, the more they
-/// share.
+/// The growth of light points with surface points: n points touch max * n / (n + half) of them. Points far
+/// from each other have light points of their own (n much smaller than half); the more there are, the more
+/// they share.
 class Growth {
 public:
     /// From the light points that `points` surface points touch, and an even half of them.
@@ -53,7 +53,7 @@ private:
     double half_;
 };
 
-/// What a mesh without short test and without occluders would hold.
+/// The contents of a mesh without short test and without occluders.
 struct DryRun {
     std::size_t light_points = 0;
     std::size_t bytes = 0;

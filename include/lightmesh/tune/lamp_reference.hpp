@@ -21,7 +21,8 @@
 #include <variant>
 #include <vector>
 
-/// What caches are held against, and meshes besides: the share of each lamp that 256 rays find open.
+/// The values that caches are held against, and meshes besides: the share of each lamp that 256 rays find
+/// open.
 
 namespace lightmesh::tune::detail {
 
@@ -56,7 +57,7 @@ public:
         }
     }
 
-    /// Whether one segment says all.
+    /// True if one segment says all.
     bool is_point() const { return u_ == glm::dvec3(0.0) && v_ == glm::dvec3(0.0); }
 
     /// To one point of the lamp for each of [0, 1)^2, uniform over its area.

@@ -19,8 +19,8 @@
 
 namespace lightmesh::tune {
 
-/// What a whole frame would take, from the samples: one thread, `Samples::points_per_frame` points. An
-/// estimate.
+/// The time that a whole frame would take, from the samples: one thread, `Samples::points_per_frame` points.
+/// An estimate.
 ///
 /// What is paid per surface point grows with their number, what is paid per light point with the number of
 /// light points, and shadow maps are rendered once. Light points grow slower than surface points, since
@@ -34,7 +34,7 @@ struct FrameEstimate {
     double warm_seconds = 0.0;  ///< a frame that finds all it needs there
 };
 
-/// What a candidate costs and how well it does. Times are of one thread, but that a `DepthRenderer` may use
+/// The cost of a candidate, and its error. Times are of one thread, but that a `DepthRenderer` may use
 /// more.
 struct Measurement {
     Candidate candidate;               ///< what was measured
@@ -61,7 +61,7 @@ struct Measurement {
 
 namespace detail {
 
-/// What a mesh or a cache holds, and the rays that it took.
+/// The contents of a mesh or a cache, and the rays that it took.
 struct Held {
     std::size_t light_points = 0;  ///< of a cache: records
     std::size_t bytes = 0;
@@ -209,14 +209,14 @@ inline FrameEstimate estimate_frame(const Measurement& m, const Timing& timing, 
     return frame;
 }
 
-/// What measurements are held against.
+/// The references that measurements are held against.
 struct References {
     const ErrorPoints& points;
     const LampReference& lamps;
     const Reference* mesh;  ///< of the candidate's radius; null for caches
 };
 
-/// What making a mesh or a cache took, and what it holds before the first query.
+/// The cost of making a mesh or a cache, and what it holds before the first query.
 struct Making {
     double seconds = 0.0;
     std::size_t bytes = 0;
@@ -297,7 +297,7 @@ double timed_shadow_rays(const Subject<Adapters...>& subject, const ShadowRays& 
 
 }  // namespace detail
 
-/// What hard shadows cost, to compare with: one shadow ray of the `Intersector` for each sample and light
+/// The cost of hard shadows, to compare with: one shadow ray of the `Intersector` for each sample and light
 /// that can reach it, one by one, on one thread. Nanoseconds per point, the fastest of three passes.
 template <class... Adapters>
 double time_shadow_rays(const Subject<Adapters...>& subject) {

@@ -29,11 +29,11 @@ struct Executor {
         };
 };
 
-/// How to measure.
+/// Options of measuring.
 struct Options {
-    /// What candidates of meshes leave open: `Settings::origin` and `Settings::scene_bounds`.
+    /// The settings that candidates of meshes leave open: `Settings::origin` and `Settings::scene_bounds`.
     Settings base;
-    /// How many of the samples the error is measured at, spread evenly: they are queried with up to 8,600
+    /// The number of samples that the error is measured at, spread evenly: they are queried with up to 8,600
     /// light points each.
     std::size_t reference_points = 256;
     /// The reference has converged when doubling its q, or the rays to a lamp, changes S by less than this,
@@ -45,7 +45,7 @@ struct Options {
     Executor executor;
 };
 
-/// How far a run is.
+/// The progress of a run.
 struct Progress {
     std::size_t done = 0;   ///< candidates measured by now, those that were passed in included
     std::size_t total = 0;  ///< candidates, duplicates left out

@@ -19,12 +19,12 @@
 #include <variant>
 #include <vector>
 
-/// What a run will take, from a pilot of a few hundred points and a mesh in empty space.
+/// The time that a run will take, from a pilot of a few hundred points and a mesh in empty space.
 
 namespace lightmesh::tune {
 
-/// What measuring a candidate is expected to take, within a factor of about two: for a progress bar, and for
-/// deciding whether to start at all.
+/// The time that measuring a candidate is expected to take, within a factor of about two: for a progress bar,
+/// and for deciding whether to start at all.
 struct Prediction {
     Candidate candidate;  ///< what is going to be measured
     /// Of a cache: records. An upper bound for `linked`, which leaves out what is behind walls.
@@ -33,7 +33,7 @@ struct Prediction {
     double seconds = 0.0;  ///< to measure it
 };
 
-/// What a run is expected to take.
+/// The time that a run is expected to take.
 struct Forecast {
     std::vector<Prediction> candidates;  ///< in the order of the candidates
     double reference_seconds = 0.0;      ///< for all references, on the executor's threads
@@ -87,7 +87,7 @@ private:
     std::vector<float> footprints_;
 };
 
-/// What a pilot measures with one mesh or cache.
+/// The measurements of a pilot with one mesh or cache.
 struct PilotTiming {
     double setup_seconds = 0.0;  ///< making the mesh, and its shadow maps
     double fill_seconds = 0.0;   ///< per light point, or record

@@ -25,7 +25,7 @@ enum class Frame {
     later,  ///< a camera that moves through a scene at rest: mesh or cache is filled already
 };
 
-/// What a user can afford and wants. All limits are inclusive; infinity stands for none.
+/// The limits and the wish of a user. All limits are inclusive; infinity stands for none.
 struct Wishes {
     /// For all lights, on one thread.
     double ns_per_point = std::numeric_limits<double>::infinity();
@@ -49,7 +49,7 @@ inline constexpr double default_error = 0.05;
 /// A step of a picture of 8 bits: what is less cannot be seen, and is not worth time that nobody limits.
 inline constexpr double invisible_error = 1.0 / 255.0;
 
-/// What to use, and why.
+/// The choice, and why.
 struct Recommendation {
     std::optional<Measurement> choice;  ///< nothing if no candidate is good enough
     std::string reason;                 ///< for people, one or two sentences
@@ -67,7 +67,7 @@ inline double ns_per_point(const Measurement& m, Frame frame) {
 
 namespace detail {
 
-/// Whether a measurement can be compared at all: its frame has points, its numbers are finite.
+/// True if a measurement can be compared at all: its frame has points, its numbers are finite.
 inline bool is_usable(const Measurement& m) {
     return m.points_per_frame > 0 && std::isfinite(m.frame.cold_seconds) &&
            std::isfinite(m.frame.warm_seconds) && std::isfinite(m.frame.bytes) &&
@@ -276,15 +276,15 @@ inline Recommendation better_of(const Recommendation& mesh, const Recommendation
 
 }  // namespace detail
 
-/// What to use. Light meshes and caches are judged by themselves first, among those that keep within all
-/// limits: the most exact if there is a limit to the time but none to the error; the fastest if there is one
-/// to the error. If neither is limited, the best balance: of those with an error of at most `default_error`
-/// the one with the least product of time and error, so that all others lose more of the one than they gain
-/// of the other (an error below `invisible_error` counts as that); or the most exact if none is that exact.
-/// Then the chosen mesh and the chosen cache are held against each other: the less product of time and
-/// `Measurement::lamp_error` wins, or where only the time is limited the less lamp error; the reason says by
-/// how much. Measurements that are not finite are never chosen. Without `Wishes::radius`, all radii compete,
-/// each with the error to its own reference.
+/// Chooses what to use. Light meshes and caches are judged by themselves first, among those that keep within
+/// all limits: the most exact if there is a limit to the time but none to the error; the fastest if there is
+/// one to the error. If neither is limited, the best balance: of those with an error of at most
+/// `default_error` the one with the least product of time and error, so that all others lose more of the one
+/// than they gain of the other (an error below `invisible_error` counts as that); or the most exact if none
+/// is that exact. Then the chosen mesh and the chosen cache are held against each other: the less product of
+/// time and `Measurement::lamp_error` wins, or where only the time is limited the less lamp error; the reason
+/// says by how much. Measurements that are not finite are never chosen. Without `Wishes::radius`, all radii
+/// compete, each with the error to its own reference.
 ///
 /// Throws std::invalid_argument that names the value for a wish that is NaN, negative or (but for the error)
 /// 0.

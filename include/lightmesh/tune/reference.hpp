@@ -18,17 +18,17 @@
 #include <utility>
 #include <vector>
 
-/// What light meshes are held against: S of equation (3), all tests by rays, with so many light points that
-/// more of them change nothing.
+/// The values that light meshes are held against: S of equation (3), all tests by rays, with so many light
+/// points that more of them change nothing.
 
 namespace lightmesh::tune {
 
-/// How good a reference is.
+/// The quality of a reference.
 struct Convergence {
     float quality = 0.0f;  ///< q of the reference; 0 of a cache, whose reference are rays to lamps
     /// Mean absolute difference of S between the reference and one of half its q, or half its rays.
     double change = 0.0;
-    /// Whether `change` is as small as was asked for. If not, q has reached its limit of 16, or rays theirs
+    /// True if `change` is as small as was asked for. If not, q has reached its limit of 16, or rays theirs
     /// of 256, before.
     bool converged = false;
 };

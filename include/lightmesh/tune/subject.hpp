@@ -41,7 +41,7 @@ namespace lightmesh::tune {
 struct Samples {
     std::span<const glm::vec3> points;   ///< world units
     std::span<const glm::vec3> normals;  ///< geometric, on the shaded side
-    /// How many points a whole frame asks for; 0: as many as there are samples.
+    /// The number of points that a whole frame asks for; 0: as many as there are samples.
     std::size_t points_per_frame = 0;
     /// All points of a frame, in any order, or none. With them the light points of a frame are counted, in
     /// empty space; without, they are estimated from how the samples share light points, which can be wrong
@@ -71,7 +71,7 @@ inline std::vector<SurfacePoint> surface_points(std::span<const glm::vec3> point
     return known;
 }
 
-/// What a `BorrowedRenderer` has done.
+/// The work that a `BorrowedRenderer` has done.
 struct RendererCost {
     double seconds = 0.0;
     std::size_t texels = 0;
@@ -108,7 +108,7 @@ private:
 
 }  // namespace detail
 
-/// What is tuned: a tracer, its lights, and the points that it shades.
+/// The subject that is tuned: a tracer, its lights, and the points that it shades.
 ///
 ///     lightmesh::tune::Subject subject{Tracer{...}, lights, samples};
 ///     lightmesh::tune::Subject subject{Tracer{...}, lights, samples, Rasteriser{...}, Triangles{...}};

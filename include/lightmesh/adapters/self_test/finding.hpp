@@ -17,7 +17,7 @@ inline std::string grouped(std::size_t number) {
     return text;
 }
 
-/// How many answers of a kind are wrong, and the first of them.
+/// The number of answers of a kind that are wrong, and the first of them.
 struct Finding {
     std::size_t wrong = 0;
     std::size_t all = 0;

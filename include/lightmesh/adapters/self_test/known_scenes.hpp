@@ -109,7 +109,7 @@ inline std::vector<TestTriangle> test_soup(TestNumbers& numbers) {
     return scene;
 }
 
-/// Whether a triangle blocks, in double, by signed volumes; nothing where the segment comes near to an edge,
+/// True if a triangle blocks, in double, by signed volumes; nothing where the segment comes near to an edge,
 /// an end to the triangle, or the segment to the triangle's plane.
 inline std::optional<bool> blocks(const TestTriangle& triangle, const Segment& segment) {
     using Vector = std::array<double, 3>;

@@ -65,7 +65,7 @@ private:
         });
     }
 
-    /// What goes wrong at a sheet.
+    /// The ways to go wrong at a sheet.
     struct Sheet {
         Finding missed;   ///< open both ways where it blocks
         Finding front;    ///< open one way

@@ -247,7 +247,7 @@ private:
         }
     }
 
-    /// Whether `occluded` agrees that the first surface is at this distance.
+    /// True if `occluded` agrees that the first surface is at this distance.
     bool is_first(const Segment& s, float length, float distance, float rounding) const {
         const float band = rounding + 1e-3f * distance;
         const auto is_blocked_before = [&](float end) {

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-/// What a tracer is asked about to test it.
+/// The segments that a tracer is asked about to test it.
 
 namespace lightmesh::detail {
 

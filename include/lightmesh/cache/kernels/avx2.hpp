@@ -44,7 +44,7 @@ LIGHTMESH_AVX2 inline void store(Lanes& lanes, __m256i values) {
     _mm256_store_si256(reinterpret_cast<__m256i*>(&lanes), values);
 }
 
-/// Whether four values, after rounding to float, lie nearer than the square root of `range_squared`.
+/// True if four values, after rounding to float, lie nearer than the square root of `range_squared`.
 LIGHTMESH_AVX2 inline __m256d in_range(__m256d x, __m256d y, __m256d z, __m256d range_squared) {
     x = _mm256_cvtps_pd(_mm256_cvtpd_ps(x));
     y = _mm256_cvtps_pd(_mm256_cvtpd_ps(y));
@@ -347,7 +347,7 @@ LIGHTMESH_AVX2 inline std::uint64_t blend_taps(Blend& blend, std::uint64_t light
     return next & lights;
 }
 
-/// What all four lanes say together, in each of them.
+/// The bits that all four lanes say together, in each of them.
 LIGHTMESH_AVX2 inline __m128i sum_of_four(__m128i lanes) {
     lanes = _mm_add_epi32(lanes, _mm_shuffle_epi32(lanes, 0x4e));
     return _mm_add_epi32(lanes, _mm_shuffle_epi32(lanes, 0xb1));

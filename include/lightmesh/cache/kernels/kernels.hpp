@@ -16,8 +16,8 @@
 
 namespace lightmesh::detail {
 
-/// What queries of a cache do for many lights at once. All kernels give the same bits: integers, and floats
-/// whose products are exact, so that it does not matter whether a compiler fuses them with sums.
+/// The work of a cache's queries for many lights at once. All kernels give the same bits: integers, and
+/// floats whose products are exact, so that it does not matter whether a compiler fuses them with sums.
 struct CacheKernels {
     const char* name;
     /// The lights of a tile whose centres face a point and have it in their range.
@@ -32,7 +32,7 @@ struct CacheKernels {
     /// that: see `spread_lows` and `BlendLevel`. Returns the lights that the next level has to say something
     /// about.
     std::uint64_t (*blend_level)(Blend& blend, std::uint64_t lights, const BlendLevel& level);
-    /// What is found, from 0 to 1.
+    /// The values that are found, from 0 to 1.
     void (*write_blend)(const Blend& blend, std::span<float> lit);
     /// The values of a cell's first record alone, from 0 to 1; 0 for other lights.
     void (*write_first)(const CellValues& values, std::uint64_t lights, std::span<float> lit);

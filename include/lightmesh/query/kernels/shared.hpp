@@ -15,8 +15,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// What kernels share. These functions become part of whichever kernel calls them, and so are compiled for
-/// its processor.
+/// Functions that kernels share. These functions become part of whichever kernel calls them, and so are
+/// compiled for its processor.
 
 #if defined(__GNUC__)
 #define LIGHTMESH_PART_OF_KERNEL [[gnu::always_inline]] inline
@@ -125,8 +125,8 @@ LIGHTMESH_PART_OF_KERNEL std::size_t end_of_byte_sums(const WordPoints* points, 
     return last;
 }
 
-/// How many lights of the tile the float test of `find_facing` can tell for sure: the height over the tangent
-/// plane must be greater than this, which is more than what rounding can do to it.
+/// The number of lights of the tile that the float test of `find_facing` can tell for sure: the height over
+/// the tangent plane must be greater than this, which is more than what rounding can do to it.
 LIGHTMESH_PART_OF_KERNEL float facing_band(const LightColumns& lights, const glm::vec3& point) {
     return 0x1p-20f * (lights.largest_at + std::abs(point.x) + std::abs(point.y) + std::abs(point.z));
 }
