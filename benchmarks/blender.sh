@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 #
 # Installs what is missing, builds the Blender add-on for this machine's processor, and prints the rows of "Fast Light Mesh
-# Method in Blender" that take time: minutes. Units and shadows are rows of its tests.
+# Method in Blender": minutes. After those that take time come those of units and shadows, as its tests print them.
 #
 # LIGHTMESH_BUILD_DIR: where to build, instead of build/ beside this folder.
 set -euo pipefail
@@ -11,11 +11,25 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LIGHTMESH_BUILD_DIR:-$root/build}/benchmarks-blender
 
 "$root/cmake/setup-debian.sh" blender
+is_new=$([ -d "$build" ] || echo yes)
+start=$SECONDS
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF \
     -DLIGHTMESH_BUILD_BENCHMARKS=OFF
 cmake --build "$build" --parallel "$(nproc)" --target lightmesh-blender
+building=$((SECONDS - start))
 
 export BLENDER_USER_SCRIPTS=$build/examples/blender/scripts BLENDER_USER_CONFIG=$build/profile
 export PYTHONDONTWRITEBYTECODE=1
-blender --background --factory-startup --addons light_mesh --python-exit-code 1 \
-    --python "$root/benchmarks/blender_rows.py" | grep --line-buffered '^|'
+inside() {
+    blender --background --factory-startup --addons light_mesh --python-exit-code 1 --python "$@"
+}
+inside "$root/benchmarks/blender_rows.py" | grep --line-buffered '^|'
+start=$SECONDS
+"$root/tests/blender/install.sh" blender "$build/examples/blender/light_mesh.zip" >/dev/null
+installing=$((SECONDS - start))
+[ -z "$is_new" ] || installing=$((installing + building))
+echo "| ${is_new:+build and }install in a clean profile, and two frames, s | $installing | <= 60 |" \
+    "$([ $installing -le 60 ] && echo yes || echo no) | ${is_new:+of it the build $building s} |"
+for script in units shadows; do
+    inside "$root/tests/blender/$script.py" 2>&1 | grep --line-buffered "^$script:"
+done

@@ -12,7 +12,7 @@ examples=(g++ make cmake libglm-dev libembree-dev libtbb-dev libassimp-dev libcl
     libtinygltf-dev libdraco-dev libmeshoptimizer-dev libvulkan-dev mesa-vulkan-drivers glslc nlohmann-json3-dev)
 benchmarks=(libbenchmark-dev gnuplot-nox jq libopenmpi-dev openmpi-bin)
 blender=(blender python3-numpy)
-tests=(xvfb xauth doctest-dev chromium vulkan-validationlayers clang libclang-rt-14-dev clang-format-14 clang-tidy-14 doxygen)
+tests=(xvfb xauth libxtst6 doctest-dev chromium vulkan-validationlayers clang libclang-rt-14-dev clang-format-14 clang-tidy-14 doxygen)
 
 wanted=("${examples[@]}")
 for part in "${@:-tests}"; do

@@ -4,10 +4,17 @@
 add_test(NAME "blender: symbols" COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DCORE=$<TARGET_FILE:lightmesh_blender_core> -P
                                          ${CMAKE_CURRENT_SOURCE_DIR}/check_symbols.cmake)
 
+# A test that says why it is none.
+function(add_skipped_test name why)
+    message(STATUS "lightmesh: ${why}")
+    add_test(NAME ${name} COMMAND ${CMAKE_COMMAND} -E echo ${why})
+    set_tests_properties(${name} PROPERTIES SKIP_REGULAR_EXPRESSION "there is no")
+endfunction()
+
 # The add-on inside Blender, where there is one: each script in a Blender of its own, with a profile of its own.
 find_program(LIGHTMESH_BLENDER blender)
 if(NOT LIGHTMESH_BLENDER)
-    message(STATUS "lightmesh: there is no blender, so its add-on is not tested; Debian: blender python3-numpy")
+    add_skipped_test("blender: add-on" "there is no blender, so its add-on is not tested; Debian: blender python3-numpy")
     return()
 endif()
 find_program(LIGHTMESH_XVFB_RUN xvfb-run)
@@ -31,5 +38,6 @@ if(LIGHTMESH_XVFB_RUN)
     set_tests_properties("blender: interface" PROPERTIES ENVIRONMENT "${blender_environment};LIBGL_ALWAYS_SOFTWARE=1"
                                                          TIMEOUT 300)
 else()
-    message(STATUS "lightmesh: there is no xvfb-run, so the add-on's interface is not tested; Debian: xvfb xauth")
+    add_skipped_test("blender: interface"
+                     "there is no xvfb-run, so the add-on's interface is not tested; Debian: xvfb xauth libxtst6")
 endif()

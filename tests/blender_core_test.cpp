@@ -798,24 +798,162 @@ TEST_CASE("blender core: a flat mesh that bends has moved, and what only picture
     CHECK(found.groups_kept == 2);
     CHECK(found.moved_boxes > 0);
 
-    const auto is_another = [&](const std::string& what) {
+    const auto is_around_the_plate = [&, most = first_rays](const std::string& what) {
         CAPTURE(what);
-        draw(what);
-        CHECK(found.is_new_scene == 1);
-        CHECK(found.groups_kept == 0);
+        const auto [drawn, new_rays] = draw(what);
+        CHECK(drawn != last);
+        CHECK(found.is_new_scene == 0);
+        CHECK(found.groups_kept == 2);
+        CHECK(found.moved_boxes > 0);
+        CHECK(new_rays > 0);
+        CHECK(new_rays < most);
+        last = drawn;
     };
     scene.plate.alpha = 0.5f;
-    is_another("alpha");
+    is_around_the_plate("alpha");
     scene.texels[3] = 100;
-    is_another("a texel's alpha");
+    is_around_the_plate("a texel's alpha");
     scene.plate_uvs[0] = 0.4f;
-    is_another("where the holes are");
+    is_around_the_plate("where the holes are");
     scene.plate.image_alpha = 0;
     scene.plate.alpha = 1.0f;
-    is_another("no holes");
+    is_around_the_plate("no holes");
     scene.texels[7] = 20;
     draw("alpha that nothing asks for");
     CHECK(found.is_new_scene == 0);
+    CHECK(found.moved_boxes == 0);
+}
+
+/// A floor, and things above it that come and go: `tell` makes one scene of those there are.
+struct Changing {
+    struct Thing {
+        std::uint64_t mesh;  ///< how many squares: one is a plate, more are stairs; 0: a ball
+        std::array<double, 12> place;
+        float alpha = 1.0f;
+        bool has_holes = false;
+    };
+    std::vector<Thing> things;
+
+    void tell(LmSession* session) const {
+        REQUIRE(lm_begin(session) == 0);
+        const std::array<std::uint8_t, 8> checks{255, 200, 120, 255, 120, 200, 255, 0};
+        const std::int32_t image = lm_add_image(session, 1, 2, 1, checks.data(), 0);
+        LmMaterial grey = matt(0.5f);
+        const std::int32_t of_floor = lm_add_material(session, &grey);
+        const auto add = [&](std::uint64_t hash, const LmMesh& mesh, const std::array<double, 12>& place,
+                             std::int32_t material) {
+            std::int32_t number = lm_find_mesh(session, hash);
+            if (number < 0)
+                number = lm_add_mesh(session, hash, &mesh);
+            REQUIRE_MESSAGE(number >= 0, lm_error());
+            REQUIRE(lm_add_object(session, number, place.data(), &material, 1) == 0);
+        };
+        const Square square(1.0f);
+        add(1, square.mesh(), at(0, 0, 0, 10), of_floor);
+        const Ball ball(24);
+        for (const Thing& thing : things) {
+            LmMaterial material = matt(0.5f);
+            material.alpha = thing.alpha;
+            material.base_image = thing.has_holes ? image : -1;
+            material.image_alpha = 1;
+            const std::int32_t number = lm_add_material(session, &material);
+            if (thing.mesh == 0) {
+                add(2, ball.mesh(), thing.place, number);
+                continue;
+            }
+            std::vector<float> positions;
+            std::vector<std::int32_t> corners;
+            std::vector<float> uvs;
+            for (std::uint64_t step = 0; step < thing.mesh; ++step) {
+                for (std::size_t i = 0; i < 12; ++i)
+                    positions.push_back(square.positions[i] + (i % 3 == 0 ? 0.0f : static_cast<float>(step)));
+                for (const std::int32_t corner : square.corners)
+                    corners.push_back(corner + 4 * static_cast<std::int32_t>(step));
+                uvs.insert(uvs.end(), square.uvs.begin(), square.uvs.end());
+            }
+            const std::vector<std::int32_t> slots(2 * thing.mesh);
+            LmMesh mesh{};
+            mesh.positions = positions.data();
+            mesh.corners = corners.data();
+            mesh.slots = slots.data();
+            mesh.uvs = uvs.data();
+            mesh.vertex_count = static_cast<std::uint32_t>(positions.size() / 3);
+            mesh.triangle_count = static_cast<std::uint32_t>(slots.size());
+            add(2 + thing.mesh, mesh, thing.place, number);
+        }
+        LmLight real = lamp(0.3f, 0, 4, 20.0f, LM_REAL_LAMP);
+        real.size = 0.2f;
+        for (const LmLight& light :
+             {real, lamp(1, 1, 4, 5.0f, LM_MESH), lamp(-1, 1, 4, 5.0f, LM_MESH_ATK), lamp(0, -1, 4, 5.0f)})
+            REQUIRE(lm_add_light(session, &light) == 0);
+        REQUIRE_MESSAGE(lm_commit(session) == 0, lm_error());
+    }
+};
+
+TEST_CASE("blender core: what comes or goes or has other triangles is found anew where it is") {
+    const Session film(lm_new(0));
+    const LmView view = from_above(32, 32);
+    Changing scene;
+    const Changing::Thing plate{1, at(-1.2, 1.2, 0.5, 0.2)};
+    const Changing::Thing glass{1, at(1.2, 1.2, 0.5, 0.2), 0.6f};
+    const Changing::Thing leaf{1, at(-1.2, -1.2, 0.5, 0.2), 0.9f, true};
+    const Changing::Thing stairs{3, at(1.2, -1.5, 0.3, 0.1)};
+    const Changing::Thing ball{0, at(0, 0.2, 0.4, 0.3)};
+    Changing::Thing other_ball = ball;
+    other_ball.place = at(1.0, 0.2, 0.4, 0.25);
+    Changing::Thing longer_stairs = stairs;
+    longer_stairs.mesh = 5;
+    Changing::Thing clear_ball = ball;
+    clear_ball.alpha = 0.5f;
+    Changing::Thing other_clear_ball = other_ball;
+    other_clear_ball.alpha = 0.5f;
+    using Things = std::vector<Changing::Thing>;
+    struct Step {
+        std::string what;
+        Things things;
+        bool is_small = true;  ///< whether less than half is found anew
+    };
+    const std::vector<Step> steps{
+        {"first", {plate, stairs}, false},
+        {"the same", {plate, stairs}},
+        {"another order", {stairs, plate}},
+        {"a ball comes, first", {ball, stairs, plate}},
+        {"stairs grow", {ball, longer_stairs, plate}},
+        {"the first glass", {ball, glass, longer_stairs, plate}},
+        {"an instance of the ball", {ball, glass, longer_stairs, other_ball, plate}},
+        {"a leaf, before the glass", {leaf, ball, glass, longer_stairs, other_ball, plate}},
+        {"the plate goes", {leaf, ball, glass, longer_stairs, other_ball}},
+        {"the glass goes", {leaf, ball, longer_stairs, other_ball}},
+        {"one ball again", {leaf, other_ball, longer_stairs}},
+        {"balls become clear", {leaf, clear_ball, other_clear_ball, longer_stairs}},
+        {"the leaf goes", {clear_ball, other_clear_ball, longer_stairs}},
+        {"a clear ball goes", {other_clear_ball, longer_stairs}},
+        {"all is opaque", {ball, stairs}},
+        {"nothing is left", {}},
+        {"all comes back", {plate, glass, leaf, stairs, ball, other_ball}, false},
+    };
+    std::int64_t rays = 0;
+    std::vector<float> last;
+    for (const Step& step : steps) {
+        CAPTURE(step.what);
+        scene.things = step.things;
+        scene.tell(film.get());
+        const std::vector<float> ours = picture(film.get(), view);
+        LmStatistics found{};
+        REQUIRE(lm_statistics(film.get(), &found) == 0);
+        const bool is_first = last.empty();
+        CHECK(found.is_new_scene == (is_first ? 1 : 0));
+        CHECK(found.groups_kept == (is_first ? 0 : 4));
+        const Session fresh(lm_new(0));
+        scene.tell(fresh.get());
+        CHECK(picture(fresh.get(), view) == ours);
+        LmStatistics of_fresh{};
+        REQUIRE(lm_statistics(fresh.get(), &of_fresh) == 0);
+        const std::int64_t new_rays = found.kept_rays - std::exchange(rays, found.kept_rays);
+        if (step.is_small)
+            CHECK(new_rays < of_fresh.kept_rays / 2);
+        last = ours;
+    }
 }
 
 TEST_CASE("blender core: lights that come, go or get other settings cost what is theirs") {

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace demo {
 
@@ -57,9 +58,12 @@ void set_transform(RTCGeometry geometry, const Instance& instance) {
     rtcCommitGeometry(geometry);
 }
 
-/// A surface that chance decides on: other instances of a triangle are other ones.
-std::uint32_t surface_number(std::uint32_t triangle, std::uint32_t instance) {
-    return instance == RTC_INVALID_GEOMETRY_ID ? triangle : triangle + 0x9e3779b9u * (instance + 1);
+/// The first geometries, and instances.
+void detach(RTCScene scene, unsigned of_triangles, unsigned instances) {
+    for (unsigned i = 0; i < of_triangles; ++i)
+        rtcDetachGeometry(scene, i);
+    for (unsigned i = 0; i < instances; ++i)
+        rtcDetachGeometry(scene, first_instance + i);
 }
 
 glm::vec3 interpolated_normal(const Scene& scene, const Triangle& triangle, float u, float v) {
@@ -93,7 +97,8 @@ void EmbreeScene::pass_light(const RTCFilterFunctionNArguments* hits) {
         const std::uint32_t triangle = level.translucent[RTCHitN_primID(hits->hit, hits->N, i)];
         const float share = share_let_through(level.owner.scene(), triangle, RTCHitN_u(hits->hit, hits->N, i),
                                               RTCHitN_v(hits->hit, hits->N, i));
-        const std::uint32_t surface = surface_number(triangle, RTCHitN_instID(hits->hit, hits->N, i, 0));
+        const std::uint32_t surface =
+            level.owner.surface_number(triangle, RTCHitN_instID(hits->hit, hits->N, i, 0));
         if (EmbreeIntersector::passes(hits, i, surface, share))
             hits->valid[i] = 0;
     }
@@ -105,16 +110,44 @@ EmbreeScene::EmbreeScene(const Scene& scene, For use)
     if (!device_)
         throw_embree_error(rtcGetDeviceError(nullptr), "opening the device");
     const Stopwatch watch;
-    add_level({0, own_vertices(scene), 0, own_triangles(scene)});
-    for (const MeshPart& part : scene.parts)
+    build_levels(nullptr, nullptr);
+    check(device_.get(), "building the BVH");
+    seconds_building_ = watch.seconds();
+}
+
+void EmbreeScene::build_levels(SceneHandle top, SceneHandle top_blockers) {
+    add_level({0, own_vertices(scene_), 0, own_triangles(scene_)});
+    for (const MeshPart& part : scene_.parts)
         add_level(part);
     const bool lets_light_through =
         std::ranges::any_of(levels_, [](const Level& level) { return !level.translucent.empty(); });
     for (std::size_t part = 1; part < levels_.size(); ++part)
         build(levels_[part], !levels_[part].translucent.empty());
+    levels_.front().handle = std::move(top);
+    if (lets_light_through)
+        levels_.front().blockers = std::move(top_blockers);
     build(levels_.front(), lets_light_through);
-    check(device_.get(), "building the BVH");
+}
+
+void EmbreeScene::rebuild() {
+    const Stopwatch watch;
+    Level& top = levels_.front();
+    detach(top.handle.get(), top.translucent.empty() ? 1 : 2, top.instance_count);
+    if (top.blockers)
+        detach(top.blockers.get(), top.has_cut_blockers ? 2 : 1, top.instance_count);
+    SceneHandle handle = std::move(top.handle);
+    SceneHandle blockers = std::move(top.blockers);
+    levels_.clear();
+    build_levels(std::move(handle), std::move(blockers));
     seconds_building_ = watch.seconds();
+}
+
+/// What chance knows a surface by: other instances of a triangle are other ones.
+std::uint32_t EmbreeScene::surface_number(std::uint32_t triangle, unsigned instance) const {
+    const bool is_placed = instance != RTC_INVALID_GEOMETRY_ID;
+    if (scene_.surfaces.empty())
+        return triangle + (is_placed ? 0x9e3779b9u * (instance + 1) : 0);
+    return scene_.surfaces[triangle] + (is_placed ? scene_.instances[instance - first_instance].surface : 0);
 }
 
 void EmbreeScene::add_level(const MeshPart& triangles) {
@@ -128,13 +161,16 @@ void EmbreeScene::add_level(const MeshPart& triangles) {
 }
 
 void EmbreeScene::build(Level& level, bool with_blockers) {
-    level.handle.reset(new_scene());
+    if (!level.handle)
+        level.handle.reset(new_scene());
     check(device_.get(), "making the scene");
     RTCGeometry blocking = make_geometry(points_of(level), corners_of(level, level.opaque));
     rtcCommitGeometry(blocking);
     rtcAttachGeometry(level.handle.get(), blocking);
     if (!level.translucent.empty())
         add_translucent(level);
+    if (&level == &levels_.front())
+        level.instance_count = static_cast<unsigned>(scene_.instances.size());
     if (with_blockers)
         add_blockers(level, blocking);
     rtcReleaseGeometry(blocking);
@@ -206,7 +242,8 @@ void EmbreeScene::add_translucent(Level& level) {
 }
 
 void EmbreeScene::add_blockers(Level& level, RTCGeometry opaque) {
-    level.blockers.reset(new_scene());
+    if (!level.blockers)
+        level.blockers.reset(new_scene());
     rtcAttachGeometry(level.blockers.get(), opaque);
     const Blockers cut = cut_blockers(scene_, level.translucent);
     level.has_cut_blockers = !cut.indices.empty();
@@ -235,10 +272,15 @@ void EmbreeScene::add_instances(RTCScene to, bool of_blockers) {
 
 void EmbreeScene::update(const SceneChange& change) {
     if (change.is_another_scene)
-        throw std::invalid_argument("EmbreeScene::update: the scene has other triangles than before");
-    if (change.boxes.empty())
+        throw std::invalid_argument("EmbreeScene::update: the scene is another one than before");
+    if (!change.changes_triangles())
         return;
     measure();
+    if (change.has_other_triangles) {
+        rebuild();
+        check(device_.get(), "building the BVH anew");
+        return;
+    }
     for (std::size_t part = 1; part < levels_.size(); ++part) {
         const std::span<const glm::vec3> points = points_of(levels_[part]);
         if (std::memcmp(vertices_of(levels_[part].handle.get(), 0), points.data(), points.size_bytes()) != 0)

@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <limits>
@@ -43,8 +44,9 @@ public:
     EmbreeScene(const EmbreeScene&) = delete;
     EmbreeScene& operator=(const EmbreeScene&) = delete;
 
-    /// After the scene's triangles have moved: takes their places anew, as a new object of the same scene
-    /// would. For films the BVH keeps its shape, and only its boxes are fitted. Not while another thread uses
+    /// After the scene's triangles have changed: takes them anew, as a new object of the same scene would.
+    /// Where they have only moved, the BVHs of films keep their shape, and only their boxes are fitted.
+    /// `handle()` stays; `blockers()` does if there were some before and after. Not while another thread uses
     /// this, or anything that was made from it. Throws std::invalid_argument for another scene,
     /// std::runtime_error with Embree's own words.
     void update(const SceneChange& change);
@@ -88,6 +90,7 @@ private:
         SceneHandle handle{};
         SceneHandle blockers{};         ///< null: the same
         bool has_cut_blockers = false;  ///< as the second geometry of `blockers`
+        unsigned instance_count = 0;    ///< in either of the two
 
         RTCScene blocking() const { return blockers ? blockers.get() : handle.get(); }
     };
@@ -96,6 +99,9 @@ private:
     static void pass_light(const RTCFilterFunctionNArguments* hits);
 
     void measure();
+    /// In scenes of Embree's without geometries; null: in new ones.
+    void build_levels(SceneHandle top, SceneHandle top_blockers);
+    void rebuild();
     void add_level(const MeshPart& triangles);
     void build(Level& level, bool with_blockers);
     RTCScene new_scene() const;
@@ -108,6 +114,7 @@ private:
     void add_translucent(Level& level);
     void add_blockers(Level& level, RTCGeometry opaque);
     void add_instances(RTCScene to, bool of_blockers);
+    std::uint32_t surface_number(std::uint32_t triangle, unsigned instance) const;
     void update(Level& level);
 
     const Scene& scene_;

@@ -32,7 +32,7 @@ struct MeshSource {
     std::function<std::vector<lightmesh::Light>(const EmbreeScene& scene)> lights;
     std::shared_ptr<LightNumbers> numbers;  ///< that `make` and `lights` look at
     /// Brings what finds the mesh's long tests to where the triangles are; false if it cannot.
-    std::function<bool()> follow = [] {
+    std::function<bool(const EmbreeScene& scene)> follow = [](const EmbreeScene&) {
         return true;
     };
 };
@@ -58,7 +58,7 @@ public:
     }
 
     void update(const EmbreeScene& scene, const SceneChange& change) override {
-        if (change.changes_triangles() && !source_.follow())
+        if (change.changes_triangles() && !source_.follow(scene))
             mesh_ = source_.make(scene);
         else
             follow_scene(mesh_, source_.lights(scene), change);
@@ -94,9 +94,10 @@ std::unique_ptr<Visibility> mesh_by_maps(Renderer first, const EmbreeScene& scen
         again.device = device;
         return Mesh{now.intersector(), make_depth_renderer<Renderer>(now, again), lights(now), settings};
     };
-    // Embree's scene is shared, while Vulkan has a copy of the triangles.
-    const auto follow = [] {
-        return std::is_same_v<Renderer, EmbreeDepthRenderer>;
+    // Embree's scene is shared, as long as it is the same, while Vulkan has a copy of the triangles.
+    const auto follow = [blockers = scene.blockers()](const EmbreeScene& now) mutable {
+        return std::is_same_v<Renderer, EmbreeDepthRenderer> &&
+               std::exchange(blockers, now.blockers()) == now.blockers();
     };
     return std::make_unique<MeshVisibility<Mesh>>(
         Mesh{scene.intersector(), std::move(first), lights(scene), settings},
@@ -112,7 +113,7 @@ std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const Visi
     const auto make = [occluders, lights, settings](const EmbreeScene& now) {
         return Mesh{now.intersector(), occluders, lights(now), settings};
     };
-    const auto follow = [occluders]() mutable {
+    const auto follow = [occluders](const EmbreeScene&) mutable {
         occluders.update();
         return true;
     };

@@ -151,6 +151,8 @@ private:
         if (ray.depth >= options_.depth_limit)
             return;
         const Material& material = model().materials[hit.material];
+        if (material.k_s == 0.0f && material.k_t == 0.0f && material.alpha_mode != AlphaMode::blend)
+            return;  // most surfaces
         const Surface surface = surface_at(model(), material, hit.triangle, hit.u, hit.v);
         const glm::vec3 way = scene_.offset() * hit.geometric_normal;
         const glm::vec3 mirrored = glm::reflect(ray.direction, hit.shading_normal);

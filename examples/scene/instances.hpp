@@ -21,8 +21,9 @@ struct MeshPart {
 
 /// A part in its place.
 struct Instance {
-    std::uint32_t part;     ///< number in Scene::parts
-    glm::mat4x3 transform;  ///< from the part's coordinates to the world's
+    std::uint32_t part;         ///< number in Scene::parts
+    glm::mat4x3 transform;      ///< from the part's coordinates to the world's
+    std::uint32_t surface = 0;  ///< that tells its `Scene::surfaces` from those of other instances
 };
 
 /// A point of a part, in the world.

@@ -125,6 +125,8 @@ struct Scene {
     std::vector<glm::vec4> colours;  ///< per vertex, linear, with alpha; empty: white
     std::array<std::vector<glm::vec2>, 2> texture_coordinates;  ///< per vertex; empty: none
     std::vector<Triangle> triangles;
+    /// What chance knows the triangles by that let some of the light through; empty: their own numbers.
+    std::vector<std::uint32_t> surfaces;
     /// Triangles that only instances show: after all others, part by part, and so are their vertices.
     std::vector<MeshPart> parts;
     std::vector<Instance> instances;

@@ -160,29 +160,6 @@ private:
     }
 };
 
-/// Splits where that saves most, as long as it saves a fair share of a box.
-std::vector<lightmesh::Bounds> few_boxes(std::vector<lightmesh::Bounds>& boxes) {
-    constexpr double worth_a_box = 0.25;
-    std::vector<lightmesh::Bounds> result;
-    if (boxes.empty())
-        return result;
-    std::priority_queue<Group> groups;
-    groups.push(Group(boxes));
-    while (!groups.empty()) {
-        const Group group = groups.top();
-        groups.pop();
-        const bool is_last = groups.size() + result.size() + 2 > SceneChange::most_boxes;
-        if (is_last || !(group.saved > worth_a_box * area_of(group.around))) {
-            result.push_back(group.around);
-            continue;
-        }
-        group.sort(group.axis);
-        groups.push(Group(group.boxes.first(group.left)));
-        groups.push(Group(group.boxes.subspan(group.left)));
-    }
-    return result;
-}
-
 }  // namespace
 
 SceneChange difference(const Scene& before, const Scene& after) {
@@ -205,6 +182,29 @@ SceneChange difference(const Scene& before, const Scene& after) {
     add_moved_instances(moved, before, after);
     change.boxes = few_boxes(moved);
     return change;
+}
+
+std::vector<lightmesh::Bounds> few_boxes(std::vector<lightmesh::Bounds>& boxes) {
+    // Splits where that saves most, as long as it saves a fair share of a box.
+    constexpr double worth_a_box = 0.25;
+    std::vector<lightmesh::Bounds> result;
+    if (boxes.empty())
+        return result;
+    std::priority_queue<Group> groups;
+    groups.push(Group(boxes));
+    while (!groups.empty()) {
+        const Group group = groups.top();
+        groups.pop();
+        const bool is_last = groups.size() + result.size() + 2 > SceneChange::most_boxes;
+        if (is_last || !(group.saved > worth_a_box * area_of(group.around))) {
+            result.push_back(group.around);
+            continue;
+        }
+        group.sort(group.axis);
+        groups.push(Group(group.boxes.first(group.left)));
+        groups.push(Group(group.boxes.subspan(group.left)));
+    }
+    return result;
 }
 
 }  // namespace demo

@@ -268,8 +268,44 @@ class Behaviour(unittest.TestCase):
                 found, new, _ = edit(lambda: setattr(socket, 'default_value', value))
                 self.assertEqual((found['is_new_scene'], found['groups_kept'], found['moved_boxes']), (0, 2, 0))
                 self.assertEqual(new, again)
-        found, _, _ = edit(lambda: setattr(of_glass['Alpha'], 'default_value', .8))
-        self.assertEqual(found['is_new_scene'], 1)
+        found, new, before = edit(lambda: setattr(of_glass['Alpha'], 'default_value', .8))
+        self.assertEqual((found['is_new_scene'], found['groups_kept']), (0, 2))
+        self.assertGreater(found['moved_boxes'], 0)
+        self.assertLess(new, before)
+
+    def test_what_comes_goes_or_grows_leaves_the_rest(self):
+        """Each frame of a film is a new session's, and costs what is around the change."""
+        scene()
+        lamp('POINT', (-2, 1, 4), 200, shadow='MESH')
+        lamp('SPOT', (-2, -1, 4), 300, (.3, -.4, 0), shadow='MESH_ATK', spot_size=1.5)
+        things = {frame: box((.4, .4, .4), (-1.5 + .5 * frame, -1.2, .3)) for frame in (2, 3)}
+        for appears, thing in things.items():
+            for frame in (1, 2, 3, 4, 5):
+                thing.hide_render = frame not in (appears, appears + 1)
+                thing.keyframe_insert('hide_render', frame=frame)
+        glass = material('ShaderNodeBsdfPrincipled', Alpha=.5)
+        row = box((.2, .2, .2), (1, -1.5, .2), glass)
+        array = row.modifiers.new('Array', 'ARRAY')
+        array.relative_offset_displace = 1.5, 0, 0
+        for frame in (1, 2, 3, 4, 5):
+            array.count = 3 if frame == 4 else 2
+            array.keyframe_insert('count', frame=frame)
+        film, rays = [], [0]
+        for frame in (1, 2, 3, 4, 5, 5):
+            SCENE.frame_set(frame)
+            film.append(picture())
+            rays.append(engine.statistics['kept_rays'])
+            self.assertEqual(engine.statistics['is_new_scene'], int(frame == 1))
+            self.assertEqual(engine.statistics['groups_kept'], 0 if frame == 1 else 3)
+        for frame, from_film in enumerate(film[:5], 1):
+            engine.forget()
+            SCENE.frame_set(frame)
+            self.assertTrue((picture() == from_film).all(), frame)
+        for a, b in zip(film[:4], film[1:]):
+            self.assertFalse((a == b).all())
+        found = [b - a for a, b in zip(rays, rays[1:])]
+        self.assertLess(max(found[1:]), found[0] / 2, found)
+        self.assertLess(found[5], found[0] / 100, found)
 
     def test_a_lamp_that_comes_or_goes_leaves_the_others(self):
         scene()

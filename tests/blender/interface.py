@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""Draws 3-D views and panels, renders with F12's operator, and cancels a picture by its own job. Needs a screen, such as Xvfb's.
+"""Draws 3-D views and panels, renders pictures and films by their keys, and ends them by Escape. Needs a screen, such as
+Xvfb's.
 
     blender --factory-startup --addons light_mesh --python interface.py [-- PICTURE.png]
 """
 
+import ctypes
 import os
 import shutil
 import sys
 import tempfile
 import threading
+import time
 import traceback
 
 import bpy
@@ -232,29 +235,84 @@ def steps():
     other = yield from shown('DATA')
     assert not np.array_equal(other, pictures['DATA'])
 
-    scene.render.resolution_x, scene.render.resolution_y = 160, 90
-    bpy.ops.render.render('INVOKE_DEFAULT')
-    for _ in range(100):
-        yield .1
-        if engine.statistics and not bpy.app.is_job_running('RENDER'):
-            break
-    assert engine.statistics['triangles'] == 12, engine.statistics
+    yield from rendering_steps(scene)
 
-    # A picture of hours, until its session is told to stop.
-    scene.render.resolution_x = scene.render.resolution_y = 1200
-    scene.light_mesh.samples = 1024
-    area_of('PROPERTIES').type = 'VIEW_3D'
-    area_of('VIEW_3D').spaces[0].shading.type = 'RENDERED'  # a view that is open at the end
-    bpy.ops.render.render('INVOKE_DEFAULT')
-    yield 1.5
-    assert bpy.app.is_job_running('RENDER')
-    for _ in range(100):
-        for session in list(engine._sessions.values()):
-            session.cancel()  # each time: a picture may not have begun
-        yield .1
-        if not bpy.app.is_job_running('RENDER'):
-            break
-    assert not bpy.app.is_job_running('RENDER')
+
+def press(*names):
+    """These keys of the keyboard together, by X's own extension for tests: Blender takes no other Escape for one."""
+    x11, test = ctypes.CDLL('libX11.so.6'), ctypes.CDLL('libXtst.so.6')
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    x11.XStringToKeysym.restype = ctypes.c_ulong
+    display = ctypes.c_void_p(x11.XOpenDisplay(None))
+    codes = [x11.XKeysymToKeycode(display, ctypes.c_ulong(x11.XStringToKeysym(name.encode()))) for name in names]
+    for code in codes:
+        test.XTestFakeKeyEvent(display, code, 1, ctypes.c_ulong(0))
+    for code in reversed(codes):
+        test.XTestFakeKeyEvent(display, code, 0, ctypes.c_ulong(0))
+    x11.XCloseDisplay(display)
+
+
+def rendered(seconds=20):
+    """When the picture or the film has ended that was asked for; how long it took, seconds."""
+    start = time.perf_counter()
+    while not bpy.app.is_job_running('RENDER'):
+        assert time.perf_counter() < start + 5, 'it has not begun'
+        yield .02
+    while bpy.app.is_job_running('RENDER'):
+        assert time.perf_counter() < start + seconds, 'it goes on'
+        yield .05
+    return time.perf_counter() - start
+
+
+def rendering_steps(scene):
+    """F12 and Ctrl-F12 by the keyboard, and Escape in a picture and in a film of hours."""
+    from light_mesh import engine
+    render = scene.render
+    render.resolution_x, render.resolution_y = 160, 90
+    cube = scene.objects['Cube']
+    for frame, x in ((1, -1), (3, 1)):
+        cube.location.x = x
+        cube.keyframe_insert('location', frame=frame)
+    with tempfile.TemporaryDirectory() as folder:
+        render.filepath = os.path.join(folder, 'frame-')
+        scene.frame_start, scene.frame_end = 1, 3
+        frames = []
+        scene.frame_set(1)
+        handlers = bpy.app.handlers.render_write
+        handlers.append(lambda *_: frames.append(engine.statistics['is_new_scene']))
+        press('F12')
+        yield from rendered()
+        assert engine.statistics['triangles'] == 12, engine.statistics
+        assert not frames, 'a picture is written by a film only'
+        engine.forget()
+        press('Control_L', 'F12')
+        yield from rendered()
+        assert frames == [1, 0, 0], frames
+        assert sorted(os.listdir(folder)) == [f'frame-000{i}.png' for i in (1, 2, 3)], os.listdir(folder)
+        pictures = []
+        for name in sorted(os.listdir(folder)):
+            image = bpy.data.images.load(os.path.join(folder, name))
+            assert tuple(image.size) == (160, 90)
+            pictures.append(np.array(image.pixels[:]))
+            bpy.data.images.remove(image)
+            os.remove(os.path.join(folder, name))
+        assert all(picture.std() > .01 for picture in pictures)
+        assert not np.array_equal(pictures[0], pictures[1])
+
+        # Pictures of hours. A 3-D view beside them is open at the end.
+        render.resolution_x = render.resolution_y = 1200
+        scene.light_mesh.samples = 1024
+        area_of('PROPERTIES').type = 'VIEW_3D'
+        area_of('VIEW_3D').spaces[0].shading.type = 'RENDERED'
+        for keys in (('F12',), ('Control_L', 'F12')):
+            press(*keys)
+            yield 1.5
+            assert bpy.app.is_job_running('RENDER')
+            press('Escape')
+            took = yield from rendered(10)
+            print(f'interface: Escape ended what was begun by {" and ".join(keys)} after {took:.2f} s', flush=True)
+            assert os.listdir(folder) == [], 'a frame that was cancelled is written'
+        handlers.clear()
 
 
 def run():

@@ -73,10 +73,10 @@ class Shadows(unittest.TestCase):
         difference = np.abs(ours - reference).mean()
         ratio = ours.mean() / reference.mean()
         print(f'shadows: {build.__name__:8} mean absolute difference {difference:.2%} of white, '
-              f'{difference / reference.mean():.2%} of the mean, ratio {ratio:.4f}, Cycles {middle - start:.2f} s, '
+              f'{difference / reference.mean():.2%} of the mean (to reach 0.50 %), ratio {ratio:.4f}, Cycles {middle - start:.2f} s, '
               f'Light Mesh {end - middle:.2f} s of processor time')
         self.assertLess(difference, .004)
-        self.assertLess(difference / reference.mean(), .006)
+        self.assertLess(difference / reference.mean(), .005)
         self.assertAlmostEqual(ratio, 1, delta=.005)
 
     def test_stage(self):

@@ -133,9 +133,10 @@ typedef struct LmStatistics {
     int64_t stored_triangles;  /**< of these, how many are in memory */
     int32_t groups;            /**< caches and meshes: one for each distinct setting */
     int32_t groups_kept;  /**< of these, how many the last commit kept, but for what moved, came or went */
-    int32_t is_new_scene; /**< whether the last commit kept nothing: it found other triangles, by their
-                               number and the vertices they share, or others that light passes */
-    int32_t moved_boxes;  /**< where the last commit found triangles moved */
+    int32_t is_new_scene; /**< whether the last commit kept nothing: it was the first one, or the one before it
+                               failed */
+    int32_t moved_boxes;  /**< where the last commit found triangles that came, went, moved, or let other light
+                               through */
 } LmStatistics;
 
 LM_API int lm_abi(void);

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "blender/core/session.hpp"
 
+#include "blender/core/light_mesh_core.h"
 #include "blender/core/shadow_looks.hpp"
+#include "blender/core/triangle_change.hpp"
 #include "render/illumination.hpp"
 #include "scene/scene_change.hpp"
+#include "scene/surface.hpp"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -29,19 +32,6 @@ float mirror_of(const LmMaterial& told, const glm::vec3& head_on) {
     return told.is_matt != 0 ? 0.0f : sharp * glm::dot(head_on, glm::vec3(0.2126f, 0.7152f, 0.0722f));
 }
 
-/// Without its textures.
-ShadowLooks shadow_looks_of(const Scene& scene) {
-    return {scene.triangles, scene.materials, {}, scene.texture_coordinates[0]};
-}
-
-/// Gives a scene the looks of another one with triangles of the same number.
-void adopt_looks(Scene& scene, const Scene& other) {
-    scene.materials = other.materials;
-    scene.texture_coordinates = other.texture_coordinates;
-    for (std::size_t t = 0; t < scene.triangles.size(); ++t)
-        scene.triangles[t].material = other.triangles[t].material;
-}
-
 glm::dmat3 turn_of(const PlacedMesh& object) {
     const std::array<double, 12>& m = object.matrix;
     return {m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]};
@@ -56,6 +46,40 @@ bool can_be_instance(const ToldMesh& mesh, const PlacedMesh& object) {
     const glm::dmat3 turn = turn_of(object);
     const double most = (std::max)({glm::length(turn[0]), glm::length(turn[1]), glm::length(turn[2])});
     return mesh.is_near_origin && std::abs(glm::determinant(turn)) > 0.01 * most * most * most;
+}
+
+std::vector<Piece> with_keys(const std::vector<PlacedPiece>& placed,
+                             const std::vector<std::size_t>& passing) {
+    std::vector<Piece> pieces;
+    for (const PlacedPiece& each : placed) {
+        Piece& piece = pieces.emplace_back(each.piece);
+        piece.key = each.place;
+        for (const std::int32_t material : each.materials)
+            piece.key = lm_hash(piece.key, &passing[static_cast<std::size_t>(material)], sizeof(std::size_t));
+    }
+    return pieces;
+}
+
+/// Those by which chance knows the triangles that let light through: of objects with as many triangles it
+/// tells one from the others by their order, so that one goes on with its own while it moves and others come.
+void give_surfaces(Scene& scene, std::vector<PlacedPiece>& pieces, const std::vector<Material>& materials) {
+    scene.surfaces.assign(scene.triangles.size(), 0);
+    std::map<std::uint32_t, std::uint32_t> alike;
+    for (PlacedPiece& placed : pieces) {
+        const Piece& piece = placed.piece;
+        if (std::ranges::none_of(placed.materials, [&](std::int32_t material) {
+                return may_let_light_through(materials[static_cast<std::size_t>(material)]);
+            }))
+            continue;
+        const std::uint32_t order = alike[piece.triangle_count]++;
+        const auto own =
+            static_cast<std::uint32_t>(lm_hash(piece.triangle_count, &order, sizeof order) >> 16);
+        placed.place = lm_hash(placed.place, &own, sizeof own);
+        for (std::uint32_t t = 0; t < piece.triangle_count; ++t)
+            scene.surfaces[piece.first_triangle + t] = piece.instance ? t : own + t;
+        if (piece.instance)
+            scene.instances[*piece.instance].surface = own;
+    }
 }
 
 /// Some of the vectors that lie at `values`; none if that is null.
@@ -240,7 +264,18 @@ void Session::place(Scene& scene, const PlacedMesh& object, bool with_uvs) const
     }
 }
 
-void Session::add_part(Scene& scene, const std::vector<const PlacedMesh*>& objects, bool with_uvs) const {
+void Session::add_copy(Scene& scene, std::vector<PlacedPiece>& pieces, const PlacedMesh& object,
+                       bool with_uvs) const {
+    const ToldMesh& mesh = *meshes_.at(object.hash);
+    pieces.push_back({{0, static_cast<std::uint32_t>(scene.triangles.size()),
+                       static_cast<std::uint32_t>(mesh.triangles.size()), std::nullopt},
+                      lm_hash(object.hash, object.matrix.data(), sizeof object.matrix),
+                      {object.materials.begin(), object.materials.begin() + mesh.slot_count}});
+    place(scene, object, with_uvs);
+}
+
+void Session::add_part(Scene& scene, std::vector<PlacedPiece>& pieces,
+                       const std::vector<const PlacedMesh*>& objects, bool with_uvs) const {
     const PlacedMesh& first = *objects.front();
     const ToldMesh& mesh = *meshes_.at(first.hash);
     const auto number = static_cast<std::uint32_t>(scene.parts.size());
@@ -248,9 +283,15 @@ void Session::add_part(Scene& scene, const std::vector<const PlacedMesh*>& objec
                            static_cast<std::uint32_t>(mesh.positions.size()),
                            static_cast<std::uint32_t>(scene.triangles.size()),
                            static_cast<std::uint32_t>(mesh.triangles.size())});
-    place(scene, {first.hash, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, first.materials}, with_uvs);
+    const std::size_t first_piece = pieces.size();
+    add_copy(scene, pieces, {first.hash, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, first.materials}, with_uvs);
+    const PlacedPiece of_part = std::move(pieces.back());
+    pieces.resize(first_piece);
     for (const PlacedMesh* object : objects) {
         const glm::dmat3 turn = turn_of(*object);
+        PlacedPiece& piece = pieces.emplace_back(of_part);
+        piece.piece.instance = static_cast<std::uint32_t>(scene.instances.size());
+        piece.place = ~lm_hash(object->hash, object->matrix.data(), sizeof object->matrix);
         scene.instances.push_back({number, glm::mat4x3(glm::vec3(turn[0]), glm::vec3(turn[1]),
                                                        glm::vec3(turn[2]), glm::vec3(place_of(*object)))});
     }
@@ -285,13 +326,8 @@ Session::Placing Session::sort_objects(std::span<const PlacedMesh> objects) cons
     return placing;
 }
 
-Scene Session::assemble(const Told& told, bool with_triangles) const {
-    Scene scene;
-    scene.materials = told.materials;
-    scene.lights = told.lights;
-    if (!with_triangles)
-        return scene;
-    const Placing placing = sort_objects(told.objects);
+void Session::assemble(Scene& scene, std::vector<PlacedPiece>& pieces) const {
+    const Placing placing = sort_objects(told_.objects);
     std::size_t vertices = 0;
     std::size_t triangles = 0;
     const auto count = [&](const PlacedMesh* object) {
@@ -306,8 +342,9 @@ Scene Session::assemble(const Told& told, bool with_triangles) const {
     scene.positions.reserve(vertices);
     scene.normals.reserve(vertices);
     scene.triangles.reserve(triangles);
+    const bool with_uvs = !told_.images.empty();
     for (const PlacedMesh* object : placing.copies)
-        place(scene, *object, !told.images.empty());
+        add_copy(scene, pieces, *object, with_uvs);
     if (scene.triangles.empty()) {
         // The tracer wants a triangle: one without a size, which no ray meets.
         scene.positions.assign(3, glm::vec3(0.0f));
@@ -316,39 +353,63 @@ Scene Session::assemble(const Told& told, bool with_triangles) const {
         scene.triangles = {Triangle{{0, 1, 2}, 0}};
     }
     for (const std::vector<const PlacedMesh*>& part : placing.parts)
-        add_part(scene, part, !told.images.empty());
-    return scene;
+        add_part(scene, pieces, part, with_uvs);
+    if (std::ranges::any_of(told_.materials, may_let_light_through))
+        give_surfaces(scene, pieces, told_.materials);
 }
 
-SceneChange Session::replace_scene(Scene next, bool same_places) {
-    if (next.materials.empty())
-        next.materials.emplace_back();
-    ShadowLooks looks_before = shadow_looks_of(scene_);
+Passing Session::find_passing() const {
+    ShadowLooks before{scene_.materials, {}};
     for (const Texture& texture : scene_.textures)
-        looks_before.textures.push_back(&texture);
-    ShadowLooks looks = shadow_looks_of(next);
+        before.textures.push_back(&texture);
+    ShadowLooks after{told_.materials, {}};
     for (const ToldImage& image : told_.images)
-        looks.textures.push_back(&texture_of(image));
-    if (same_places) {
-        looks.triangles = scene_.triangles;
-        looks.coordinates = scene_.texture_coordinates[0];
-    }
+        after.textures.push_back(&texture_of(image));
+    return passing_of(before, after);
+}
+
+bool Session::has_same_triangles(const Passing& passing) const {
+    const bool has_uvs = !scene_.texture_coordinates[0].empty();
+    const auto passes_the_same = [&](std::int32_t material) {
+        const auto number = static_cast<std::size_t>(material);
+        return passing.before[number] == passing.after[number];
+    };
+    return embree_ && told_.objects == objects_ && (told_.images.empty() || has_uvs || objects_.empty()) &&
+           std::ranges::all_of(objects_, [&](const PlacedMesh& object) {
+               return std::ranges::all_of(object.materials, passes_the_same);
+           });
+}
+
+SceneChange Session::replace_scene() {
+    if (told_.materials.empty())
+        told_.materials.emplace_back();
+    Scene next;
+    std::vector<PlacedPiece> pieces;
     SceneChange change;
-    change.is_another_scene = !let_same_light_through(looks_before, looks);
-    next.textures = take_textures(told_);
-    if (same_places) {
+    const Passing passing = find_passing();
+    if (has_same_triangles(passing)) {
         next.positions = std::move(scene_.positions);
         next.normals = std::move(scene_.normals);
         next.triangles = std::move(scene_.triangles);
+        next.surfaces = std::move(scene_.surfaces);
         next.parts = std::move(scene_.parts);
         next.instances = std::move(scene_.instances);
         next.texture_coordinates = std::move(scene_.texture_coordinates);
-    } else if (!change.is_another_scene) {
-        scene_.lights = next.lights;  // the groups look at these
-        adopt_looks(scene_, next);
-        change = difference(scene_, next);
+        pieces = std::move(pieces_);
+    } else {
+        assemble(next, pieces);
+        if (embree_) {
+            const std::vector<Piece> were = with_keys(pieces_, passing.before);
+            const std::vector<Piece> are = with_keys(pieces, passing.after);
+            change = triangle_change({scene_, were}, {next, are}, passing);
+        }
     }
+    change.is_another_scene = !embree_;
+    next.textures = take_textures(told_);
+    next.materials = std::move(told_.materials);
+    next.lights = std::move(told_.lights);
     scene_ = std::move(next);
+    pieces_ = std::move(pieces);
     for (const ToldImage& image : told_.images)
         images_.push_back(image.image);
     return change;
@@ -356,16 +417,11 @@ SceneChange Session::replace_scene(Scene next, bool same_places) {
 
 void Session::commit() {
     stop();
-    const bool had_uvs = !scene_.texture_coordinates[0].empty();
-    const bool same_places =
-        embree_ && told_.objects == objects_ && (told_.images.empty() || had_uvs || objects_.empty());
     try {
-        SceneChange change = replace_scene(assemble(told_, !same_places), same_places);
-        if (!embree_ || change.is_another_scene) {
+        SceneChange change = replace_scene();
+        if (change.is_another_scene) {
             visibility_.reset();
             embree_ = std::make_unique<EmbreeScene>(scene_, EmbreeScene::For::films);
-            change = {};
-            change.is_another_scene = true;
         } else {
             embree_->update(change);
         }
@@ -382,10 +438,10 @@ void Session::commit() {
         throw;
     }
     objects_ = std::move(told_.objects);
-    std::erase_if(meshes_, [this](const auto& mesh) {
-        return std::ranges::none_of(objects_,
-                                    [&](const PlacedMesh& object) { return object.hash == mesh.first; });
-    });
+    std::set<std::uint64_t> used;
+    for (const PlacedMesh& object : objects_)
+        used.insert(object.hash);
+    std::erase_if(meshes_, [&](const auto& mesh) { return !used.contains(mesh.first); });
     told_ = {};
 }
 

@@ -3,6 +3,7 @@
 
 #include "blender/core/grouped_visibility.hpp"
 #include "blender/core/light_mesh_core.h"
+#include "blender/core/triangle_change.hpp"
 #include "render/embree_scene.hpp"
 #include "render/renderer.hpp"
 #include "scene/scene.hpp"
@@ -46,6 +47,13 @@ struct PlacedMesh {
     std::vector<std::int32_t> materials;
 
     bool operator==(const PlacedMesh&) const = default;
+};
+
+/// An object's part of the scene, with what its key is made of.
+struct PlacedPiece {
+    Piece piece;                          ///< without its key
+    std::uint64_t place;                  ///< a hash of its mesh and where it lies
+    std::vector<std::int32_t> materials;  ///< of the slots that the mesh has
 };
 
 /// The work of the functions of light_mesh_core.h, with exceptions for errors.
@@ -104,7 +112,8 @@ private:
     const Texture& texture_of(const ToldImage& image) const;
     /// Those of the scene are taken from it.
     std::vector<Texture> take_textures(Told& told);
-    Scene assemble(const Told& told, bool with_triangles) const;
+    /// Of the scene, and of what was told.
+    Passing find_passing() const;
     /// Objects that have triangles of their own, and those that share them.
     struct Placing {
         std::vector<const PlacedMesh*> copies;
@@ -112,10 +121,18 @@ private:
     };
 
     Placing sort_objects(std::span<const PlacedMesh> objects) const;
+    /// Whether what was told has the triangles of the scene.
+    bool has_same_triangles(const Passing& passing) const;
+    /// Of what was told, all but its lights and its looks.
+    void assemble(Scene& scene, std::vector<PlacedPiece>& pieces) const;
     void place(Scene& scene, const PlacedMesh& object, bool with_uvs) const;
+    void add_copy(Scene& scene, std::vector<PlacedPiece>& pieces, const PlacedMesh& object,
+                  bool with_uvs) const;
     /// After all copies.
-    void add_part(Scene& scene, const std::vector<const PlacedMesh*>& objects, bool with_uvs) const;
-    SceneChange replace_scene(Scene next, bool same_places);
+    void add_part(Scene& scene, std::vector<PlacedPiece>& pieces,
+                  const std::vector<const PlacedMesh*>& objects, bool with_uvs) const;
+    /// Makes what was told the session's scene.
+    SceneChange replace_scene();
     void run(const RenderOptions& options);
     void put(const TilePixels& tile);
 
@@ -123,9 +140,10 @@ private:
     std::map<std::uint64_t, std::shared_ptr<const ToldMesh>> meshes_;
     Told told_;
 
-    Scene scene_;                // that the next four are of
+    Scene scene_;                // that the next five are of
     std::vector<Image> images_;  // the textures
     std::vector<PlacedMesh> objects_;
+    std::vector<PlacedPiece> pieces_;
     std::unique_ptr<EmbreeScene> embree_;
     std::unique_ptr<GroupedVisibility> visibility_;
     SceneChange last_change_;
@@ -154,8 +172,7 @@ ToldMesh told_mesh(const LmMesh& mesh);
 /// Throws std::invalid_argument that names the light.
 SceneLight told_light(const LmLight& light);
 
-/// The settings that the light's shadow is found by, without its lights. Lamps without a size throw hard
-/// shadows.
+/// What the light's shadow is found by, without its lights. Lamps without a size throw hard shadows.
 LightGroup told_group(const LmLight& light, std::size_t memory_budget);
 
 }  // namespace demo

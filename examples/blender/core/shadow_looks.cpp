@@ -64,56 +64,31 @@ private:
     const Texture* opacity_ = nullptr;
 };
 
-/// Numbers materials by what passes them: 0 for those that block everywhere.
-class Sieves {
-public:
-    std::vector<std::size_t> numbers_of(const ShadowLooks& looks) {
-        std::vector<std::size_t> numbers;
-        numbers.reserve(looks.materials.size());
-        for (const Material& material : looks.materials)
-            numbers.push_back(may_let_light_through(material) ? 1 + add(Sieve(material, looks.textures)) : 0);
-        return numbers;
-    }
-
-    bool has_texture(std::size_t number) const { return number > 0 && known_[number - 1].has_texture(); }
-
-private:
-    std::size_t add(const Sieve& sieve) {
-        const auto found = std::ranges::find(known_, sieve);
-        if (found != known_.end())
-            return static_cast<std::size_t>(found - known_.begin());
-        known_.push_back(sieve);
-        return known_.size() - 1;
-    }
-
-    std::vector<Sieve> known_;
-};
-
-glm::vec2 coordinates_at(const ShadowLooks& looks, std::uint32_t vertex) {
-    return looks.coordinates.empty() ? glm::vec2(0.0f) : looks.coordinates[vertex];
+std::size_t number_of(const Material& material, const std::vector<const Texture*>& textures,
+                      std::vector<Sieve>& known) {
+    if (!may_let_light_through(material))
+        return 0;
+    const Sieve sieve(material, textures);
+    const auto found = std::ranges::find(known, sieve);
+    const auto number = static_cast<std::size_t>(found - known.begin());
+    if (found == known.end())
+        known.push_back(sieve);
+    return number + 1;
 }
 
 }  // namespace
 
-bool let_same_light_through(const ShadowLooks& a, const ShadowLooks& b) {
-    if (a.triangles.size() != b.triangles.size())
-        return false;
-    Sieves sieves;
-    const std::vector<std::size_t> of_a = sieves.numbers_of(a);
-    const std::vector<std::size_t> of_b = sieves.numbers_of(b);
-    for (std::size_t t = 0; t < a.triangles.size(); ++t) {
-        const Triangle& x = a.triangles[t];
-        const Triangle& y = b.triangles[t];
-        const std::size_t number = of_a[x.material];
-        if (number != of_b[y.material])
-            return false;
-        if (!sieves.has_texture(number))
-            continue;
-        for (std::size_t k = 0; k < 3; ++k)
-            if (coordinates_at(a, x.vertex[k]) != coordinates_at(b, y.vertex[k]))
-                return false;
-    }
-    return true;
+Passing passing_of(const ShadowLooks& before, const ShadowLooks& after) {
+    Passing passing;
+    std::vector<Sieve> known;
+    for (const Material& material : before.materials)
+        passing.before.push_back(number_of(material, before.textures, known));
+    for (const Material& material : after.materials)
+        passing.after.push_back(number_of(material, after.textures, known));
+    passing.has_texture.push_back(false);
+    for (const Sieve& sieve : known)
+        passing.has_texture.push_back(sieve.has_texture());
+    return passing;
 }
 
 }  // namespace demo

@@ -3,24 +3,27 @@
 
 #include "scene/scene.hpp"
 
-#include <glm/vec2.hpp>
-
+#include <cstddef>
 #include <span>
 #include <vector>
 
 namespace demo {
 
-/// All that decides how much light passes a scene's triangles.
+/// All that decides how much light passes a scene's triangles, but for where their textures lie.
 struct ShadowLooks {
-    std::span<const Triangle> triangles;
     std::span<const Material> materials;
-    std::vector<const Texture*> textures;    ///< as materials number them
-    std::span<const glm::vec2> coordinates;  ///< of the vertices; empty: 0
+    std::vector<const Texture*> textures;  ///< as materials number them
 };
 
-/// True if each of the triangles lets the same light through as the other one of its number does, by the same
-/// parts of its material and of its textures; where the triangles lie is not asked. Colours, roughness and
-/// what else only pictures show may differ.
-bool let_same_light_through(const ShadowLooks& a, const ShadowLooks& b);
+/// The light that the materials of two states of a scene let through, by numbers: equal ones let the same light
+/// through at the same texture coordinates; 0: none, anywhere. Colours, roughness and what else only pictures
+/// show may differ.
+struct Passing {
+    std::vector<std::size_t> before;  ///< of the materials of the first state
+    std::vector<std::size_t> after;
+    std::vector<bool> has_texture;  ///< of numbers: whether texture coordinates count
+};
+
+Passing passing_of(const ShadowLooks& before, const ShadowLooks& after);
 
 }  // namespace demo
