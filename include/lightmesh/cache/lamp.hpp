@@ -154,7 +154,7 @@ public:
         /// The i-th ray of up to `most_pattern_points`.
         Segment ray(std::size_t i) const {
             const glm::dvec2 at = is_rectangle_ ? square_point(static_cast<std::uint32_t>(i), turn_bits_)
-                                                : disc_point_beyond(i);
+                                                : disc_point(i, turn_);
             return to(middle_ + rounded(at.x * u_) + rounded(at.y * v_));
         }
         /// The i-th of eight rays to the lamp's rim: where some of it is hidden by something large, they
@@ -168,14 +168,6 @@ public:
     private:
         Segment to(const glm::dvec3& offset) const {
             return {origin_, glm::vec3(glm::dvec3(origin_) + rounded(share_ * offset))};
-        }
-
-        /// Beyond the points of the disc come the same again, turned by a sixteenth of a turn each time.
-        glm::dvec2 disc_point_beyond(std::size_t i) const {
-            if (i < disc_points.size())
-                return disc_point(i, turn_);
-            const auto turns = static_cast<std::uint32_t>(i / disc_points.size());
-            return disc_point(i % disc_points.size(), radius_ * turn_of(turn_bits_ + 256u * turns));
         }
 
         /// Across a direction. Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017).
