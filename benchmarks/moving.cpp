@@ -124,6 +124,11 @@ std::size_t differing_points(const Subject& subject, const Subject& other, const
     return differing;
 }
 
+/// For the name of a row.
+std::string of_tiles(std::size_t every) {
+    return every > 1 ? ", every " + std::to_string(every) + "th tile" : "";
+}
+
 /// The least times of some frames in which something moves, over those of the next ones, in which nothing
 /// does.
 template <class Make>
@@ -150,7 +155,7 @@ void time_moves(const std::string& what, const demo::Moving& moving, const Make&
     }
     const auto fresh = make(park);
     const std::size_t differing = differing_points(subject, fresh, Picture(park.scene(), 960, 720, every));
-    bench::print_row(what + ", over the warm frame", frame / warm, to_reach, false,
+    bench::print_row(what + of_tiles(every) + ", over the warm frame", frame / warm, to_reach, false,
                      demo::fixed(warm, 3) + " s a warm frame of " + std::to_string(subject.light_count()) +
                          " lamps; the update itself " + demo::fixed(update / warm, 4) + " of it; " +
                          std::to_string(differing) + " sampled points differ from a new one's");
@@ -188,7 +193,8 @@ void time_strengths(const std::string& what, const Make& make, std::size_t every
                            }));
         rays_again += rays() - before - rays_of_frame;
     }
-    bench::print_row(what + ": all lights' strengths change, over the warm frame", frame / warm, 1.0, false,
+    bench::print_row(what + ": all lights' strengths change" + of_tiles(every) + ", over the warm frame",
+                     frame / warm, 1.0, false,
                      "1 but for the noise of the clock; " + std::to_string(rays_again) +
                          " rays more than in a warm frame");
 }
@@ -258,94 +264,111 @@ void time_flight(const std::string& name, const Make& make, int frames, int widt
                                demo::fixed(frame, 2) + " s, hard shadows " + demo::fixed(hard, 2) +
                                " s, 16-ray lamps " + demo::fixed(lamps, 1) + " s";
     const std::string what = name + ": " + std::to_string(frames) + " frames of the flight, " +
-                             std::to_string(width) + "x" + std::to_string(height) +
-                             (every > 1 ? ", every " + std::to_string(every) + "th tile" : "");
+                             std::to_string(width) + "x" + std::to_string(height) + of_tiles(every);
     bench::print_row(what + ", a frame after the first over hard shadows", frame / hard, 0.25, false, beside);
     bench::print_row(what + ", 16-ray lamps over all of it", lamps * frames / (first + later), lamps_to_reach,
                      true, beside);
 }
 
-/// The share of a sphere lamp that is open, by 1,024 rays to places that lie on a spiral (Vogel 1979): always
-/// the same ones, so that from frame to frame it changes as what is in the lamp's way does.
-double open_share(bench::Occlusion& tracer, const SurfacePoint& point, const glm::vec3& lamp, float radius) {
-    constexpr int rays = 1024;
+/// The share of a sphere lamp that is open, by rays to places that lie on a spiral (Vogel 1979): always the
+/// same ones, so that from frame to frame it changes as what is in the lamp's way does.
+double open_share(bench::Occlusion& tracer, const SurfacePoint& point, const glm::vec3& lamp, float radius,
+                  int rays) {
     constexpr float golden_turn = 0.38196601f;
     return bench::open_share(tracer, bench::surface_end(point.position, point.normal), lamp, radius, rays,
-                             [radius](int i) {
+                             [radius, rays](int i) {
                                  const auto number = static_cast<float>(i);
                                  return demo::circle_point(golden_turn * number) *
                                         (radius * std::sqrt((number + 0.5f) / static_cast<float>(rays)));
                              });
 }
 
-/// How lamps flicker that move, beyond what rays from each point do, and whether those flicker that stay. The
-/// camera stays.
-void measure_flicker(const std::string& scene, float lamp_radius) {
-    Stage stage(scene, lamp_radius, {.objects = false, .lights = true, .camera = false});
+/// How penumbrae flicker that move, with their lamps or with what throws them, beyond what rays from each
+/// point do; and whether lamps flicker that stay. The camera stays. The first of seven frames is the one of a
+/// time.
+void measure_flicker(const std::string& scene, float lamp_radius, bool of_objects, double start) {
+    constexpr int reference_rays = 1024;
+    Stage stage(scene, lamp_radius, {.objects = of_objects, .lights = !of_objects, .camera = false});
+    const int first = static_cast<int>(std::lround(start / frame_length));
+    stage.go_to(first);
     Cache cache = stage.cache(256);
     bench::Occlusion tracer(stage.scene().handle(), true);
     const Picture picture(stage.scene(), 960, 720, 1);
-    std::vector<SurfacePoint> points;
-    for (std::size_t t = 0; t < picture.tiles().size(); t += 3)
-        points.push_back(picture.tiles()[t][t * 37 % picture.tiles()[t].size()]);
     const std::size_t lights = cache.light_count();
+    // Of what is behind objects all lamps are asked.
+    const std::size_t every = of_objects ? lights / 12 + 1 : 3;
+    std::vector<SurfacePoint> points;
+    for (std::size_t t = 0; t < picture.tiles().size(); t += every)
+        points.push_back(picture.tiles()[t][t * 37 % picture.tiles()[t].size()]);
     std::vector<lightmesh::Light> lamps = stage.lamps();
     std::vector<float> values(points.size() * lights);
     cache.visibility(points, values);
     const auto at = [](const lightmesh::Light& lamp) {
         return std::get<lightmesh::PointLight>(lamp).position;
     };
-    const auto references_of = [&](std::size_t l) {
-        std::vector<double> shares;
-        for (const SurfacePoint& point : points)
-            shares.push_back(glm::dot(point.normal, at(lamps[l]) - point.position) >= 0.0f
-                                 ? open_share(tracer, point, at(lamps[l]), lamp_radius)
-                                 : 0.0);
+    struct Shares {
+        std::vector<double> reference, few;  ///< few: by as many rays as the cache takes
+    };
+    const auto shares_of = [&](std::size_t l) {
+        Shares shares;
+        for (const SurfacePoint& point : points) {
+            const bool faces = glm::dot(point.normal, at(lamps[l]) - point.position) >= 0.0f;
+            const auto share = [&](int rays) {
+                return faces ? open_share(tracer, point, at(lamps[l]), lamp_radius, rays) : 0.0;
+            };
+            shares.reference.push_back(share(reference_rays));
+            shares.few.push_back(share(256));
+        }
         return shares;
     };
-    std::vector<std::vector<double>> references(lights);
+    std::vector<Shares> all(lights);
+    for (std::size_t l = 0; l < lights && of_objects; ++l)
+        all[l] = shares_of(l);
     double beyond = 0.0;
+    double beyond_of_few = 0.0;
     double reference_change = 0.0;
     double pairs = 0.0;
-    std::size_t moved = 0;
     std::size_t flickering = 0;
-    for (int frame = 1; frame <= 6; ++frame) {
+    for (int frame = first + 1; frame <= first + 6; ++frame) {
         const demo::SceneChange change = stage.go_to(frame);
         const std::vector<lightmesh::Light> next = stage.lamps();
         std::vector<float> now(values.size());
         demo::follow_scene(cache, next, change);
         cache.visibility(points, now);
         for (std::size_t l = 0; l < lights; ++l) {
-            if (at(next[l]) == at(lamps[l])) {
+            if (!of_objects && at(next[l]) == at(lamps[l])) {
                 for (std::size_t i = l; i < now.size(); i += lights)
                     flickering += now[i] != values[i] ? 1u : 0u;
                 continue;
             }
-            ++moved;
-            if (references[l].empty())
-                references[l] = references_of(l);
+            if (all[l].reference.empty())
+                all[l] = shares_of(l);
             lamps[l] = next[l];
-            const std::vector<double> before = std::exchange(references[l], references_of(l));
+            const Shares before = std::exchange(all[l], shares_of(l));
             for (std::size_t i = 0; i < points.size(); ++i) {
-                if (before[i] < 0.02 || before[i] > 0.98)
+                const double was = before.reference[i];
+                const double step = all[l].reference[i] - was;
+                if (was < 0.02 || was > 0.98 || (of_objects && step == 0.0))
                     continue;
-                const double step = references[l][i] - before[i];
                 const double cached =
                     static_cast<double>(now[i * lights + l]) - static_cast<double>(values[i * lights + l]);
                 beyond += std::abs(cached - step);
+                beyond_of_few += std::abs(all[l].few[i] - before.few[i] - step);
                 reference_change += std::abs(step);
                 pairs += 1.0;
             }
         }
         values = std::move(now);
     }
+    const std::string what = scene + (of_objects ? ", objects move" : ", lamps move");
     bench::print_row(
-        scene + ", 256 rays: change from frame to frame along moving penumbrae, beyond the reference's",
+        what + ", 256 rays: change from frame to frame along moving penumbrae, beyond the reference's",
         beyond / pairs, 0.004, false,
-        "its own " + demo::fixed(reference_change / pairs, 4) + ", of " + demo::fixed(pairs, 0) +
-            " points and lamps that moved (" + std::to_string(moved) + " moves)");
-    bench::print_row(scene + ": values of lamps that stay, which change", static_cast<double>(flickering),
-                     0.0, false, "of " + std::to_string(6 * points.size() * lights));
+        "by 256 rays from each point " + demo::fixed(beyond_of_few / pairs, 4) + "; the reference's own " +
+            demo::fixed(reference_change / pairs, 4) + ", of " + demo::fixed(pairs, 0) + " points and lamps");
+    if (!of_objects)
+        bench::print_row(scene + ": values of lamps that stay, which change", static_cast<double>(flickering),
+                         0.0, false, "of " + std::to_string(6 * points.size() * lights));
 }
 
 }  // namespace
@@ -360,8 +383,11 @@ int main() {
     constexpr demo::Moving lantern{.objects = false, .lights = true, .camera = false};
     constexpr demo::Moving swing{.objects = true, .lights = false, .camera = false};
     bench::print_head();
-    measure_flicker("rooms", 0.3f);
-    measure_flicker("park", park_lamp_radius);
+    measure_flicker("rooms", 0.3f, false, 0.0);
+    measure_flicker("park", park_lamp_radius, false, 0.0);
+    measure_flicker("rooms", 0.3f, true, 2.0);
+    measure_flicker("spheres", 6.0f, true, 0.0);
+    measure_flicker("park", park_lamp_radius, true, 0.0);
     time_moves("Linked: the lantern moves", lantern, linked, 1, 1.15);
     time_moves("Linked: swing and walker move", swing, linked, 1, 1.5);
     time_strengths("Linked", linked, 1);

@@ -235,7 +235,7 @@ TEST_CASE("built-in films: the still scene with what moves, each pose the same f
         CHECK(film.scene().camera.eye == other.scene().camera.eye);
         CHECK_FALSE(change.is_another_scene);
         CHECK(change.boxes.size() >= 1);
-        CHECK(change.boxes.size() <= 8);
+        CHECK(change.boxes.size() <= SceneChange::most_boxes);
         // What has not moved has not moved at all, and the rest is in the boxes.
         std::size_t moved = 0;
         for (std::size_t i = 0; i < first.positions.size(); ++i)

@@ -141,9 +141,8 @@ shader::LightMeshLampPlace rim_place(const shader::LightMeshLamp& lamp, std::uin
 shader::LightMeshLampPlace place(const shader::LightMeshLamp& lamp, std::uint32_t i, std::uint32_t turn) {
     if (lamp.kind == shader::lightmesh_lamp_rectangle)
         return shader::lightmesh_lamp_square_point(i, turn);
-    return shader::lightmesh_lamp_turned(
-        shader::lightmesh_lamp_disc_point(lightmesh::detail::disc_word(i % 64)),
-        turn_by(turn + 256u * (i / 64), lamp.radius));
+    return shader::lightmesh_lamp_turned(shader::lightmesh_lamp_disc_point(lightmesh::detail::disc_word(i)),
+                                         turn_by(turn, lamp.radius));
 }
 
 void compare(const Case& at, Random& random, Differences& found) {

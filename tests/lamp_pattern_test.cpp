@@ -85,6 +85,8 @@ TEST_CASE("lamp patterns: edges split the points of a disc as they split its are
         CHECK(error_of(first_points(16, turn)) < 0.034);
         CHECK(error_of(first_points(32, turn)) < 0.022);
         CHECK(error_of(first_points(64, turn)) < 0.014);
+        CHECK(error_of(first_points(128, turn)) < 0.0075);
+        CHECK(error_of(first_points(256, turn)) < 0.0045);
     }
     // What random points of a disc do.
     test::Random random(3);
@@ -99,7 +101,7 @@ TEST_CASE("lamp patterns: edges split the points of a disc as they split its are
         square += error_of(points) * error_of(points) / 40.0;
     }
     CHECK(std::sqrt(square) == doctest::Approx(0.095).epsilon(0.06));
-    for (const glm::dvec2& p : first_points(64, 77))
+    for (const glm::dvec2& p : first_points(256, 77))
         CHECK(p.x * p.x + p.y * p.y <= 1.0 + 1e-6);
 }
 

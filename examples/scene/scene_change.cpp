@@ -2,9 +2,11 @@
 #include "scene_change.hpp"
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <iterator>
@@ -78,12 +80,52 @@ lightmesh::Bounds common(const lightmesh::Bounds& a, const lightmesh::Bounds& b)
     return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
 }
 
-lightmesh::Bounds around(const Scene& scene, const Triangle& triangle) {
-    const glm::vec3& first = scene.positions[triangle.vertex[0]];
-    lightmesh::Bounds box{first, first};
-    for (const std::uint32_t vertex : triangle.vertex)
-        box = common(box, {scene.positions[vertex], scene.positions[vertex]});
+lightmesh::Bounds around(const std::array<glm::vec3, 3>& corners) {
+    lightmesh::Bounds box{corners[0], corners[0]};
+    for (const glm::vec3& corner : corners)
+        box = common(box, {corner, corner});
     return box;
+}
+
+std::array<glm::vec3, 3> corners_of(const Scene& scene, const Triangle& triangle) {
+    std::array<glm::vec3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+        corners[i] = scene.positions[triangle.vertex[i]];
+    return corners;
+}
+
+/// Boxes around the pieces of a triangle, cut across its longest edge as long as that is longer than asked
+/// for: a box around a long thin triangle is mostly empty.
+void add_pieces(std::vector<lightmesh::Bounds>& boxes, const std::array<glm::vec3, 3>& corners,
+                float longest) {
+    std::size_t from = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+        if (glm::distance(corners[i], corners[(i + 1) % 3]) >
+            glm::distance(corners[from], corners[(from + 1) % 3]))
+            from = i;
+    const std::size_t to = (from + 1) % 3;
+    if (!(glm::distance(corners[from], corners[to]) > longest)) {
+        boxes.push_back(around(corners));
+        return;
+    }
+    const glm::vec3 middle = 0.5f * (corners[from] + corners[to]);
+    for (const std::size_t moved : {from, to}) {
+        std::array<glm::vec3, 3> half = corners;
+        half[moved] = middle;
+        add_pieces(boxes, half, longest);
+    }
+}
+
+/// The length beyond which edges are cut, if there are few triangles.
+float longest_piece(std::span<const std::array<glm::vec3, 3>> triangles) {
+    constexpr std::size_t few = 4096;
+    constexpr float share = 1.0f / 16.0f;  // of all that moves
+    if (triangles.empty() || triangles.size() > few)
+        return std::numeric_limits<float>::infinity();
+    lightmesh::Bounds all = around(triangles[0]);
+    for (const std::array<glm::vec3, 3>& corners : triangles)
+        all = common(all, around(corners));
+    return share * glm::distance(all.low, all.high);
 }
 
 /// Boxes around the instances that moved, or whose part has other places, before and after.
@@ -105,60 +147,102 @@ void add_moved_instances(std::vector<lightmesh::Bounds>& moved, const Scene& bef
     }
 }
 
-/// Half of the surface.
-double area_of(const lightmesh::Bounds& box) {
-    const glm::dvec3 size = glm::dvec3(box.high) - glm::dvec3(box.low);
-    return size.x * size.y + size.y * size.z + size.z * size.x;
+/// What boxes hide along each of the three axes.
+glm::dvec3 areas_of(const glm::dvec3& size) {
+    return {size.y * size.z, size.z * size.x, size.x * size.y};
+}
+glm::dvec3 areas_of(const lightmesh::Bounds& box) {
+    return areas_of(glm::dvec3(box.high) - glm::dvec3(box.low));
+}
+/// What both of two boxes hide.
+glm::dvec3 common_areas(const lightmesh::Bounds& a, const lightmesh::Bounds& b) {
+    const glm::dvec3 size = glm::dvec3(glm::min(a.high, b.high)) - glm::dvec3(glm::max(a.low, b.low));
+    return areas_of(glm::max(size, glm::dvec3(0.0)));
+}
+double sum(const glm::dvec3& areas) {
+    return areas.x + areas.y + areas.z;
 }
 
 glm::vec3 doubled_centre(const lightmesh::Bounds& box) {
     return box.low + box.high;
 }
 
-/// Boxes with a box around them all, and what two boxes instead of it would save.
+/// Boxes with a box around them all.
 struct Group {
     std::span<lightmesh::Bounds> boxes;
     lightmesh::Bounds around;
-    double saved = 0.0;
-    std::size_t left = 0;  ///< how many boxes go into the first of the two, in order of `axis`
-    int axis = 0;
 
     explicit Group(std::span<lightmesh::Bounds> all) : boxes(all), around(all[0]) {
         for (const lightmesh::Bounds& box : boxes)
             around = common(around, box);
-        for (int along = 0; along < 3; ++along)
-            find_split(along);
     }
 
-    bool operator<(const Group& other) const { return saved < other.saved; }
+    bool operator<(const Group& other) const { return sum(areas_of(around)) < sum(areas_of(other.around)); }
 
+    /// How many of at least two boxes go into the first of two groups, in order along the axis that is best.
+    std::size_t split() const {
+        std::size_t left = 0;
+        int axis = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (int along = 0; along < 3; ++along) {
+            sort(along);
+            std::vector<lightmesh::Bounds> behind(boxes.begin(), boxes.end());
+            for (std::size_t i = boxes.size() - 1; i-- > 0;)
+                behind[i] = common(behind[i], behind[i + 1]);
+            lightmesh::Bounds box = boxes[0];
+            for (std::size_t i = 1; i < boxes.size(); ++i) {
+                box = common(box, boxes[i - 1]);
+                const double area = sum(areas_of(box) + areas_of(behind[i]) - common_areas(box, behind[i]));
+                if (left == 0 || area < least) {
+                    least = area;
+                    left = i;
+                    axis = along;
+                }
+            }
+        }
+        sort(axis);
+        return left;
+    }
+
+private:
     void sort(int along) const {
         std::ranges::stable_sort(
             boxes, {}, [along](const lightmesh::Bounds& box) { return doubled_centre(box)[along]; });
     }
-
-private:
-    /// By the surface area heuristic, sweeping over all boxes.
-    void find_split(int along) {
-        sort(along);
-        std::vector<double> behind(boxes.size());
-        lightmesh::Bounds box = boxes.back();
-        for (std::size_t i = boxes.size(); i-- > 0;) {
-            box = common(box, boxes[i]);
-            behind[i] = area_of(box);
-        }
-        box = boxes[0];
-        for (std::size_t i = 1; i < boxes.size(); ++i) {
-            box = common(box, boxes[i - 1]);
-            const double gain = area_of(around) - area_of(box) - behind[i];
-            if (gain > saved) {
-                saved = gain;
-                left = i;
-                axis = along;
-            }
-        }
-    }
 };
+
+/// Groups, each of which but the last ones is two others together.
+struct Node {
+    Group group;
+    std::size_t first = 0;  ///< of the two, or 0
+    std::size_t second = 0;
+};
+
+/// Adds boxes around a group: those of its two parts, if they hide clearly less than one. Returns what they
+/// hide.
+glm::dvec3 add_boxes(std::span<const Node> nodes, std::size_t number, std::vector<lightmesh::Bounds>& boxes) {
+    constexpr double worth_more_boxes = 0.75;
+    const Node& node = nodes[number];
+    const glm::dvec3 whole = areas_of(node.group.around);
+    if (node.first != 0) {
+        const std::size_t before = boxes.size();
+        const glm::dvec3 first = add_boxes(nodes, node.first, boxes);
+        const glm::dvec3 second = add_boxes(nodes, node.second, boxes);
+        const lightmesh::Bounds& one = nodes[node.first].group.around;
+        const lightmesh::Bounds& other = nodes[node.second].group.around;
+        // As if what they hide were spread evenly.
+        glm::dvec3 both = common_areas(one, other);
+        for (int axis = 0; axis < 3; ++axis)
+            if (both[axis] > 0.0)
+                both[axis] *= first[axis] / areas_of(one)[axis] * second[axis] / areas_of(other)[axis];
+        const glm::dvec3 hidden = first + second - both;
+        if (sum(hidden) < worth_more_boxes * sum(whole))
+            return hidden;
+        boxes.resize(before);
+    }
+    boxes.push_back(node.group.around);
+    return whole;
+}
 
 }  // namespace
 
@@ -171,39 +255,48 @@ SceneChange difference(const Scene& before, const Scene& after) {
     for (std::size_t i = 0; i < after.lights.size(); ++i)
         if (!same_shape(before.lights[i].shape, after.lights[i].shape))
             change.lights.push_back(i);
-    std::vector<lightmesh::Bounds> moved;
+    std::vector<std::array<glm::vec3, 3>> triangles;
     for (const Triangle& triangle : std::span(after.triangles).first(own_triangles(after)))
         if (std::ranges::any_of(triangle.vertex, [&](std::uint32_t vertex) {
                 return !same_bits(before.positions[vertex], after.positions[vertex]);
             })) {
-            moved.push_back(around(before, triangle));
-            moved.push_back(around(after, triangle));
+            triangles.push_back(corners_of(before, triangle));
+            triangles.push_back(corners_of(after, triangle));
         }
+    std::vector<lightmesh::Bounds> moved;
+    const float longest = longest_piece(triangles);
+    for (const std::array<glm::vec3, 3>& corners : triangles)
+        add_pieces(moved, corners, longest);
     add_moved_instances(moved, before, after);
     change.boxes = few_boxes(moved);
     return change;
 }
 
 std::vector<lightmesh::Bounds> few_boxes(std::vector<lightmesh::Bounds>& boxes) {
-    // Splits where that saves most, as long as it saves a fair share of a box.
-    constexpr double worth_a_box = 0.25;
     std::vector<lightmesh::Bounds> result;
     if (boxes.empty())
         return result;
-    std::priority_queue<Group> groups;
-    groups.push(Group(boxes));
-    while (!groups.empty()) {
-        const Group group = groups.top();
-        groups.pop();
-        const bool is_last = groups.size() + result.size() + 2 > SceneChange::most_boxes;
-        if (is_last || !(group.saved > worth_a_box * area_of(group.around))) {
-            result.push_back(group.around);
+    std::vector<Node> nodes{{Group(boxes)}};
+    const auto is_less = [&nodes](std::size_t a, std::size_t b) {
+        return nodes[a].group < nodes[b].group;
+    };
+    std::priority_queue<std::size_t, std::vector<std::size_t>, decltype(is_less)> greatest(is_less);
+    greatest.push(0);
+    while (!greatest.empty() && nodes.size() + 2 < 2 * SceneChange::most_boxes) {
+        const std::size_t number = greatest.top();
+        greatest.pop();
+        const Group group = nodes[number].group;
+        if (group.boxes.size() == 1)
             continue;
-        }
-        group.sort(group.axis);
-        groups.push(Group(group.boxes.first(group.left)));
-        groups.push(Group(group.boxes.subspan(group.left)));
+        const std::size_t left = group.split();
+        nodes[number].first = nodes.size();
+        nodes[number].second = nodes.size() + 1;
+        nodes.push_back({Group(group.boxes.first(left))});
+        nodes.push_back({Group(group.boxes.subspan(left))});
+        greatest.push(nodes[number].first);
+        greatest.push(nodes[number].second);
     }
+    add_boxes(nodes, 0, result);
     return result;
 }
 

@@ -33,8 +33,8 @@ struct SceneChange {
     bool changes_triangles() const { return is_another_scene || has_other_triangles || !boxes.empty(); }
 };
 
-/// Finds what differs, bit by bit; NaN equals itself. Textures are not looked at, since no animation changes them.
-/// Lights and triangles that come or go are another scene.
+/// Finds what differs, bit by bit; NaN equals itself. Textures are not looked at, since no animation changes
+/// them. Lights and triangles that come or go are another scene.
 SceneChange difference(const Scene& before, const Scene& after);
 
 /// At most `SceneChange::most_boxes` around all of some boxes, which it sorts: two where they save a fair

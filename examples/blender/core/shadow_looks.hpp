@@ -15,9 +15,9 @@ struct ShadowLooks {
     std::vector<const Texture*> textures;  ///< as materials number them
 };
 
-/// The light that the materials of two states of a scene let through, by numbers: equal ones let the same light
-/// through at the same texture coordinates; 0: none, anywhere. Colours, roughness and what else only pictures
-/// show may differ.
+/// The light that the materials of two states of a scene let through, by numbers: equal ones let the same
+/// light through at the same texture coordinates; 0: none, anywhere. Colours, roughness and what else only
+/// pictures show may differ.
 struct Passing {
     std::vector<std::size_t> before;  ///< of the materials of the first state
     std::vector<std::size_t> after;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <lightmesh/bounds.hpp>
 #include <lightmesh/cache/lamp_pattern.hpp>
 #include <lightmesh/fill/ray_ends.hpp>
 #include <lightmesh/lights.hpp>
@@ -9,6 +10,7 @@
 #include <lightmesh/support/rounded.hpp>
 #include <lightmesh/support/vectors.hpp>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
@@ -79,6 +81,26 @@ public:
     /// The distance to which the lamp reaches at most from its centre along any direction; of a directional
     /// light at distance 1.
     double extent() const { return is_rectangle_ ? glm::length(half_u_) + glm::length(half_v_) : size_; }
+    /// The half sides of a box around all to which rays from a box go; of a directional light at distance 1.
+    glm::dvec3 extent_from(const Bounds& box) const {
+        if (is_rectangle_)
+            return glm::abs(half_u_) + glm::abs(half_v_);
+        const glm::dvec3 at(shape_.at);
+        const glm::dvec3 to_low = shape_.is_directional ? at : at - glm::dvec3(box.low);
+        const glm::dvec3 to_high = shape_.is_directional ? at : at - glm::dvec3(box.high);
+        const glm::dvec3 most = (glm::max)(to_low * to_low, to_high * to_high);
+        glm::dvec3 half(size_);
+        // A disc that faces them reaches least far along the way there.
+        for (int axis = 0; axis < 3; ++axis) {
+            const double least = to_low[axis] * to_high[axis] <= 0.0
+                                     ? 0.0
+                                     : (std::min)(to_low[axis] * to_low[axis], to_high[axis] * to_high[axis]);
+            const double across = most[(axis + 1) % 3] + most[(axis + 2) % 3];
+            if (const double whole = least + across; whole > 0.0)
+                half[axis] = size_ * std::sqrt(across / whole);
+        }
+        return half;
+    }
 
     /// The direction, of length 1, from a point to the part of the lamp that is lowest over the plane through
     /// the point; and how long it is.
@@ -133,7 +155,7 @@ public:
         /// The i-th ray of up to `most_pattern_points`.
         Segment ray(std::size_t i) const {
             const glm::dvec2 at = is_rectangle_ ? square_point(static_cast<std::uint32_t>(i), turn_bits_)
-                                                : disc_point_beyond(i);
+                                                : disc_point(i, turn_);
             return to(middle_ + rounded(at.x * u_) + rounded(at.y * v_));
         }
         /// The i-th of eight rays to the lamp's rim: where some of it is hidden by something large, they
@@ -147,14 +169,6 @@ public:
     private:
         Segment to(const glm::dvec3& offset) const {
             return {origin_, glm::vec3(glm::dvec3(origin_) + rounded(share_ * offset))};
-        }
-
-        /// Beyond the points of the disc come the same again, turned by a sixteenth of a turn each time.
-        glm::dvec2 disc_point_beyond(std::size_t i) const {
-            if (i < disc_points.size())
-                return disc_point(i, turn_);
-            const auto turns = static_cast<std::uint32_t>(i / disc_points.size());
-            return disc_point(i % disc_points.size(), radius_ * turn_of(turn_bits_ + 256u * turns));
         }
 
         /// Across a direction. Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017).

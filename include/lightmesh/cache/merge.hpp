@@ -99,6 +99,7 @@ private:
                 ++differing;
                 continue;
             }
+            const auto sight = change_.sight_of(stored.key, made);
             const RowList list(store_.table().pool(), const_cast<Record*>(own)->rows);
             for (const StoredTile& tile : from_.tiles_of(stored)) {
                 if (tile.tile >= same_.size())
@@ -106,7 +107,7 @@ private:
                 const RowBytes theirs = from_.row(stored, tile.tile);
                 const RowBytes mine = list.gather(tile.tile);
                 std::uint64_t both = theirs.known & mine.known & same_[tile.tile];
-                both &= change_.unchanged(stored.key, made, tile.tile, both);
+                both &= change_.unchanged(sight, tile.tile, both);
                 compared += static_cast<std::uint64_t>(std::popcount(both));
                 for (; both != 0; both &= both - 1) {
                     const auto l = static_cast<std::size_t>(std::countr_zero(both));
@@ -133,13 +134,14 @@ private:
             return;
         if (!change_.relinks(stored.key))
             own.links.fetch_or(missing_links(own, stored), std::memory_order_relaxed);
+        const auto sight = change_.sight_of(stored.key, made);
         const RowList list(store_.table().pool(), own.rows);
         for (const StoredTile& tile : from_.tiles_of(stored)) {
             if (tile.tile >= same_.size())
                 continue;
             const RowBytes theirs = from_.row(stored, tile.tile);
             std::uint64_t lights = theirs.known & same_[tile.tile] & ~list.gather(tile.tile).known;
-            lights &= change_.unchanged(stored.key, made, tile.tile, lights);
+            lights &= change_.unchanged(sight, tile.tile, lights);
             if (lights == 0)
                 continue;
             store_.keep_row(own, tile.tile, lights, values_of(theirs));

@@ -321,6 +321,10 @@ private:
     template <class Goes>
     void forget_in(RecordBrick& brick, Goes&& goes) {
         for_each_group(brick, [&](RecordGroup& group, std::uint64_t header) {
+            // Of an alias there is none.
+            for (const Record& record : group.records)
+                if (const std::uint32_t rows = record.rows.load(std::memory_order_relaxed); rows != 0)
+                    pool_.fetch_ahead(rows);
             for (std::size_t i = 0; i < RecordGroup::size; ++i)
                 if (const std::uint32_t tag = RecordGroup::tag_of(header, i);
                     tag != 0 && goes(RecordEntry{&group.records[i], &brick, brick.record_key(tag)}))

@@ -87,7 +87,7 @@ public:
 private:
     using Words = std::array<std::uint32_t, 4>;
 
-    static constexpr std::uint32_t first_lamp = 18 + 1024;
+    static constexpr std::uint32_t first_lamp = 2 + most_pattern_points / 4 + 1024;
 
     static Words words_of(const glm::vec3& vector, std::uint32_t word) {
         return {float_word(vector.x), float_word(vector.y), float_word(vector.z), word};

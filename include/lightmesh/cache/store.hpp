@@ -329,9 +329,11 @@ public:
                 }
                 if (change.relinks(entry.key))
                     record.links.store(0, std::memory_order_relaxed);
+                const auto sight = change.sight_of(entry.key, record);
+                if (change.is_unchanged(sight))
+                    return false;
                 rows.for_each([&](std::size_t tile, std::uint64_t known) {
-                    if (const std::uint64_t gone = known & ~change.unchanged(entry.key, record, tile, known);
-                        gone != 0)
+                    if (const std::uint64_t gone = known & ~change.unchanged(sight, tile, known); gone != 0)
                         forgotten_values_ += rows.forget(tile, gone);
                 });
                 return false;

@@ -30,7 +30,7 @@ bool lightmesh_is_open(vec3 from, vec3 to);
 // As `ShareWork` lays it out:
 //     number of shares | where the lamps begin | where the shares begin | 0
 //     the greatest length of a ray, a double | 0 | 0
-//     16: points of the disc's pattern, a word each
+//     64: points of the disc's pattern, a word each
 //     1024: turns of it, see `lightmesh_lamp_turn`
 //     lamps, four each: see `lightmesh_lamp_of_work`
 //     rows, three each and two for each of their places, which have positions and parts, and normals: see
@@ -45,7 +45,7 @@ layout(std430, set = LIGHTMESH_LAMP_SET, binding = LIGHTMESH_LAMP_BINDING + 1) w
 
 const uint lightmesh_lamp_lanes = 16u;
 const uint lightmesh_lamp_discs_at = 2u;
-const uint lightmesh_lamp_turns_at = 18u;
+const uint lightmesh_lamp_turns_at = 66u;
 const uint lightmesh_lamp_own_place = 256u;  // of a place: it is the record itself
 
 // The number of rays, and 65536 times that of the open ones: of each share of the workgroup those from
@@ -101,7 +101,7 @@ void lightmesh_find_lamp_shares(uint first) {
     uint at_place = ~0u;
     bool is_hidden = false;
     LightMeshLampView view;
-    uint at_turn = ~0u;
+    bool has_turn = false;
     LightMeshLampTurn turn;
     if (lane < 3u)
         lightmesh_lamp_counts[3u * of_group + lane] = 0u;
@@ -141,14 +141,12 @@ void lightmesh_find_lamp_shares(uint first) {
                     to = lightmesh_lamp_square_point(part, head.w);
                 else
                     to = lightmesh_lamp_disc_point(
-                        lightmesh_lamp_work[lightmesh_lamp_discs_at + ((part & 63u) >> 2)][part & 3u]);
+                        lightmesh_lamp_work[lightmesh_lamp_discs_at + (part >> 2)][part & 3u]);
                 if (!is_square) {
-                    uint turns = is_rim ? 0u : part >> 6;
-                    if (turns != at_turn) {
-                        at_turn = turns;
-                        uint bits = head.w + 256u * turns;
-                        turn = lightmesh_lamp_turn(lightmesh_lamp_work[lightmesh_lamp_turns_at + (bits & 1023u)], bits,
-                                                   lamp.radius);
+                    if (!has_turn) {
+                        has_turn = true;
+                        turn = lightmesh_lamp_turn(lightmesh_lamp_work[lightmesh_lamp_turns_at + (head.w & 1023u)],
+                                                   head.w, lamp.radius);
                     }
                     to = lightmesh_lamp_turned(to, turn);
                 }

@@ -69,10 +69,13 @@ enum class SegmentEnd {
 };
 
 /// True if any segment between a box and a light meets another box: exact, but for rounding to the safe side.
+/// `extent`: segments end in a box of these half sides around the light's centre; of a directional light at
+/// distance 1.
 inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& box,
-                    SegmentEnd end = SegmentEnd::at_point) {
-    // The points at share t of the way are the box `from`, shrunk to 1 - t and moved: all axes must overlap
-    // at the same t. A directional light is never reached: t goes on without end.
+                    SegmentEnd end = SegmentEnd::at_point, const glm::dvec3& extent = glm::dvec3(0.0)) {
+    // The points at share t of the way are the box `from`, shrunk to 1 - t, and the light's, shrunk to t, one
+    // moved over the other: all axes must overlap at the same t. A directional light is never reached: t goes
+    // on without end.
     constexpr double infinity = std::numeric_limits<double>::infinity();
     double first = end == SegmentEnd::beyond_point ? -infinity : 0.0;
     double last = light.is_directional ? infinity : 1.0;
@@ -93,9 +96,12 @@ inline bool crosses(const Bounds& from, const LightShape& light, const Bounds& b
     for (int axis = 0; axis < 3; ++axis) {
         const auto low = static_cast<double>(from.low[axis]);
         const auto high = static_cast<double>(from.high[axis]);
-        const auto at = static_cast<double>(light.at[axis]);
-        keep_below(low, light.is_directional ? at : at - low, static_cast<double>(box.high[axis]) + slack);
-        keep_below(-high, light.is_directional ? -at : high - at, slack - static_cast<double>(box.low[axis]));
+        const double least = static_cast<double>(light.at[axis]) - extent[axis];
+        const double most = static_cast<double>(light.at[axis]) + extent[axis];
+        keep_below(low, light.is_directional ? least : least - low,
+                   static_cast<double>(box.high[axis]) + slack);
+        keep_below(-high, light.is_directional ? -most : high - most,
+                   slack - static_cast<double>(box.low[axis]));
     }
     return first <= last + 1e-9 * std::abs(last) + 1e-12;
 }
