@@ -249,7 +249,7 @@ TEST_CASE("cache errors: nothing pops for any lamp while footprints shrink") {
         const float largest = largest_step(cache, 1400, [&](int i) {
             return lightmesh::SurfacePoint{.position = point.position,
                                            .normal = point.normal,
-                                           .footprint = 0.914f * std::pow(0.998f, static_cast<float>(i))};
+                                           .footprint = 1.6f * std::pow(0.998f, static_cast<float>(i))};
         });
         CHECK(largest < 0.01f);
     }

@@ -149,7 +149,7 @@ private:
             break;
         case 5:
             point.normal = vector(1);
-            point.footprint = 0.25f / (1.75f * between(1.0f, 1.16f));
+            point.footprint = 0.25f * between(1.0f, 1.16f);
             break;
         default:
             break;

@@ -755,25 +755,6 @@ TEST_CASE("visibility cache: footprints choose levels, and nothing pops") {
     CHECK(held.records_of_level[9] > 0);
 }
 
-TEST_CASE("visibility cache: no step is narrower than 1.75 footprints") {
-    const Work work = boxes(6, 40);
-    // Of the finest level, of g / 8, 1.75 footprints are a step at .25 / 8 / 1.75 = .017857.
-    for (const float footprint : {0.0178f, 0.0179f, 0.0357f, 0.0358f}) {
-        const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
-        std::vector<float> lit(work.lights.size());
-        for (const test::SurfacePoint& point : work.points)
-            cache.visibility(lightmesh::SurfacePoint{.position = point.position,
-                                                     .normal = point.normal,
-                                                     .footprint = footprint},
-                             lit);
-        const lightmesh::CacheStatistics held = cache.statistics();
-        CAPTURE(footprint);
-        CHECK(held.records_of_level[10] > 0);
-        CHECK((held.records_of_level[11] > 0) == (footprint < 0.0357143f));
-        CHECK((held.records_of_level[12] > 0) == (footprint < 0.0178571f));
-    }
-}
-
 TEST_CASE("visibility cache: a scene of another size, by a power of two, gives the same bits") {
     const Work work = boxes(7, 40);
     const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
