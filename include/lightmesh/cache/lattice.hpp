@@ -26,10 +26,6 @@ public:
     static constexpr int level_count = 16;
     /// The level of step g. Coarser ones serve points with wide footprints.
     static constexpr int base_level = 9;
-    /// Steps of levels that serve a point are not narrower than so many of its footprints: of finer ones
-    /// there would be more than a third of a record for each point of a picture, which costs more than it
-    /// mends, in foliage most.
-    static constexpr double least_step = 1.75;
     /// Indices lie below this magnitude, on all levels.
     static constexpr std::int32_t max_index = 1 << 25;
 

@@ -120,7 +120,7 @@ private:
         const Plane* plane;
         glm::vec3 position;
         glm::vec3 smooth_normal;
-        double least_step;  ///< of levels that serve it
+        double footprint;
         SeenOfLevels seen;  ///< as other tiles of lights have found
 
         // Of a tile.
@@ -184,8 +184,7 @@ private:
         point.position = given.position;
         store_.lattice().check_inside(point.position);
         point.plane = &plane_of(given.normal);
-        point.least_step =
-            given.footprint > 0.0f ? Lattice::least_step * static_cast<double>(given.footprint) : 0.0;
+        point.footprint = given.footprint > 0.0f ? static_cast<double>(given.footprint) : 0.0;
         point.is_smooth = false;
         if (is_finite(given.shading_normal)) {
             point.smooth_normal = unit_or_zero(given.shading_normal);
@@ -193,7 +192,7 @@ private:
             point.is_smooth = cosine > 0.0f && cosine < 0.999999f;
         }
         point.first_level = Lattice::base_level;
-        while (point.first_level > 0 && share_of(point.first_level, point.least_step) < one_weight)
+        while (point.first_level > 0 && share_of(point.first_level, point.footprint) < one_weight)
             --point.first_level;
         if (store_.lamps().tile_count() > 1)
             point.seen.fill(0);
@@ -217,12 +216,12 @@ private:
         return std::abs(w.x * w.x + w.y * w.y + w.z * w.z - 1.0) < 3e-7 ? v : unit_or_zero(v);
     }
 
-    /// The weight of a level, by the least step: less within the last fifth of an octave.
-    std::int32_t share_of(int level, double least_step) const {
+    /// The weight of a level, by the footprint: less within the last fifth of an octave.
+    std::int32_t share_of(int level, double footprint) const {
         const double step = store_.lattice().step(level);
-        if (step > 1.15 * least_step)
+        if (step > 1.15 * footprint)
             return one_weight;
-        return step > least_step ? weight_of((step / least_step - 1.0) / 0.1487) : 0;
+        return step > footprint ? weight_of((step / footprint - 1.0) / 0.1487) : 0;
     }
 
     /// Finds some lights of a tile at the points.
@@ -462,7 +461,7 @@ private:
         if (walk.is_flat && is_base && blend_uniform(walk, tile))
             return;
         const std::int32_t next =
-            level < lattice.finest_level() ? share_of(level + 1, walk.point->least_step) : 0;
+            level < lattice.finest_level() ? share_of(level + 1, walk.point->footprint) : 0;
         const bool is_last = next == 0;
         BlendLevel taps;
         taps.values = &cell.values;

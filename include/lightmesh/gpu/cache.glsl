@@ -384,17 +384,15 @@ int lightmesh_cache_weight_of_quotient(uvec2 a, uvec2 b, uvec2 less, uvec2 by) {
     return lightmesh_cache_weight_of(share);
 }
 
-// The weights of levels, by the footprint: less within the last fifth of an octave, which is one level at most. See
-// `Lattice::least_step`.
+// The weights of levels, by the footprint: less within the last fifth of an octave, which is one level at most.
 void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
     at.full_level = 15;
     at.part = 0;
     at.first_level = 9;
     if (!(at.footprint > 0.0))
         return;
-    // 1.75 footprints; far beyond all steps one is as wide as another.
-    uvec2 least = lightmesh_double_multiply(uvec2(0u, 0x3ffc0000u), lightmesh_double_of(min(at.footprint, 1e30)));
-    uvec2 more = lightmesh_double_multiply(uvec2(0x66666666u, 0x3ff26666u), least);  // 1.15
+    uvec2 footprint = lightmesh_double_of(at.footprint);
+    uvec2 more = lightmesh_double_multiply(uvec2(0x66666666u, 0x3ff26666u), footprint);  // 1.15
     // The finest level of a greater step; each has half the step of the one before.
     uvec2 coarsest = lightmesh_cache_level_step(0);
     uvec2 aligned = uvec2(more.x, (more.y & 0x000fffffu) | (coarsest.y & 0xfff00000u));
@@ -405,18 +403,17 @@ void lightmesh_cache_find_levels(inout LightMeshCachePoint at) {
     if (at.full_level == 15)
         return;
     uvec2 step = lightmesh_cache_level_step(at.full_level + 1);
-    if (!lightmesh_double_less(least, step))
+    if (!lightmesh_double_less(footprint, step))
         return;
-    // (step / least - 1) / .1487, first in floats: a step has 24 bits, the least one 27, and the difference is less
-    // than a sixth of that.
-    uint of_step = lightmesh_double_bits(step).y >> 5, of_least = lightmesh_double_bits(least).y >> 5;
-    if (((step.y ^ least.y) & 0x00100000u) != 0u)
+    // (step / footprint - 1) / .1487, first in floats: a step has 24 bits, and is less than twice the footprint.
+    uint of_step = lightmesh_double_bits(step).y >> 8, of_footprint = lightmesh_double_bits(footprint).y >> 8;
+    if (((step.y ^ footprint.y) & 0x00100000u) != 0u)
         of_step <<= 1;
-    float weight = 220363.1473 * (float(of_step - of_least) / float(of_least)) + 0.5;
-    int low = int(min(weight - 0.03, 32768.0));
+    float weight = 220363.1473 * (float(of_step - of_footprint) / float(of_footprint)) + 0.5;
+    int least = int(min(weight - 0.03, 32768.0));
     at.part = int(min(weight + 0.03, 32768.0));
-    if (at.part != low)
-        at.part = lightmesh_cache_weight_of_quotient(step, least, lightmesh_cache_one,
+    if (at.part != least)
+        at.part = lightmesh_cache_weight_of_quotient(step, footprint, lightmesh_cache_one,
                                                      uvec2(0x02752546u, 0x3fc3089au));
     // So near to the whole that it is rounded to it.
     if (at.part == 32768) {
