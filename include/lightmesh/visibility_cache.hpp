@@ -74,6 +74,9 @@ class LightMesh;
 /// std::out_of_range. As in equation (3), S = 0 where a light's centre is below the tangent plane, out of
 /// range, or where the point is outside its cone or behind a rectangle. `SurfacePoint::shading_normal` puts
 /// the smooth surface in the place of that plane.
+///
+/// Thousands of lights with ranges are passed 64 at a time, in the order in which they are given: those that
+/// lie beside each other should stand beside each other.
 template <class Tracer, class Rows = LampRows>
 class VisibilityCache {
     static_assert(check_intersector<Tracer>());
