@@ -393,7 +393,7 @@ int main() {
     time_strengths("Linked", linked, 1);
     time_flight("Linked", linked, 48, 960, 720, 1, 40.0);
     time_moves("cache: the lantern moves", lantern, cache, 16, 2.0);
-    time_moves("cache: swing and walker move", swing, cache, 16, 1.5);
+    time_moves("cache: swing and walker move", swing, cache, 64, 1.5);
     time_strengths("cache", cache, 16);
     time_flight("cache", cache, 48, 480, 360, 8, 40.0);
 }

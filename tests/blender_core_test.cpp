@@ -921,6 +921,7 @@ TEST_CASE("blender core: what comes or goes or has other triangles is found anew
         {"stairs grow", {ball, longer_stairs, plate}},
         {"the first glass", {ball, glass, longer_stairs, plate}},
         {"an instance of the ball", {ball, glass, longer_stairs, other_ball, plate}},
+        {"the balls in another order", {other_ball, glass, longer_stairs, ball, plate}},
         {"a leaf, before the glass", {leaf, ball, glass, longer_stairs, other_ball, plate}},
         {"the plate goes", {leaf, ball, glass, longer_stairs, other_ball}},
         {"the glass goes", {leaf, ball, longer_stairs, other_ball}},

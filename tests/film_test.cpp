@@ -3,6 +3,7 @@
 // Scenes that move, and what follows them: the BVH and all ways to find visibility.
 
 #include "gltf_writer.hpp"
+#include "random_scene.hpp"
 #include "render/embree_scene.hpp"
 #include "render/open_scene.hpp"
 #include "render/renderer.hpp"
@@ -213,6 +214,33 @@ TEST_CASE("difference: many objects that move have a bounded number of boxes aro
     for (std::size_t i = 0; i < after.positions.size(); i += 7)
         if (!any_holds(change.boxes, after.positions[i]))
             FAIL_CHECK("vertex " << i << " is outside");
+}
+
+TEST_CASE("difference: what moves within the roundings of its place, and many large triangles, are cut into "
+          "few pieces") {
+    demo::Scene before;
+    before.materials.resize(1);
+    before.positions = {{10.0f, 5.0f, 3.0f}, {10.000001f, 5.0f, 3.0f}, {10.0f, 5.0000005f, 3.0f}};
+    before.triangles = {{{0, 1, 2}, 0}};
+    demo::Scene after = before;
+    after.positions[1] = {10.0f, 5.0f, 3.0000002f};
+    const SceneChange tiny = demo::difference(before, after);
+    REQUIRE(tiny.boxes.size() >= 1);
+    for (const glm::vec3& position : after.positions)
+        CHECK(any_holds(tiny.boxes, position));
+    test::Random random(3);
+    for (std::uint32_t i = 0; i < 6000; ++i)
+        before.positions.push_back(glm::vec3(random.in_box(test::Vec(-50.0), test::Vec(50.0))));
+    for (std::uint32_t i = 0; i < 2000; ++i)
+        before.triangles.push_back({{3 * i + 3, 3 * i + 4, 3 * i + 5}, 0});
+    after = before;
+    for (glm::vec3& position : after.positions)
+        position.x += 0.5f;
+    const SceneChange large = demo::difference(before, after);
+    CHECK(large.boxes.size() <= SceneChange::most_boxes);
+    for (const glm::vec3& position : after.positions)
+        if (!any_holds(large.boxes, position))
+            FAIL_CHECK("a corner is outside");
 }
 
 TEST_CASE("built-in films: the still scene with what moves, each pose the same from wherever it is reached") {

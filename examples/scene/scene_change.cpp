@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -94,17 +95,23 @@ std::array<glm::vec3, 3> corners_of(const Scene& scene, const Triangle& triangle
     return corners;
 }
 
-/// Boxes around the pieces of a triangle, cut across its longest edge as long as that is longer than asked
-/// for: a box around a long thin triangle is mostly empty.
+/// How triangles are cut into pieces.
+struct Cuts {
+    float longest;  ///< edges that are not cut
+    int most;       ///< cuts of a triangle and its halves after each other
+};
+
+/// Boxes around the pieces of a triangle, cut across its longest edge: a box around a long thin triangle is
+/// mostly empty.
 void add_pieces(std::vector<lightmesh::Bounds>& boxes, const std::array<glm::vec3, 3>& corners,
-                float longest) {
+                const Cuts& cuts) {
     std::size_t from = 0;
     for (std::size_t i = 1; i < 3; ++i)
         if (glm::distance(corners[i], corners[(i + 1) % 3]) >
             glm::distance(corners[from], corners[(from + 1) % 3]))
             from = i;
     const std::size_t to = (from + 1) % 3;
-    if (!(glm::distance(corners[from], corners[to]) > longest)) {
+    if (cuts.most == 0 || !(glm::distance(corners[from], corners[to]) > cuts.longest)) {
         boxes.push_back(around(corners));
         return;
     }
@@ -112,20 +119,21 @@ void add_pieces(std::vector<lightmesh::Bounds>& boxes, const std::array<glm::vec
     for (const std::size_t moved : {from, to}) {
         std::array<glm::vec3, 3> half = corners;
         half[moved] = middle;
-        add_pieces(boxes, half, longest);
+        add_pieces(boxes, half, {cuts.longest, cuts.most - 1});
     }
 }
 
-/// The length beyond which edges are cut, if there are few triangles.
-float longest_piece(std::span<const std::array<glm::vec3, 3>> triangles) {
-    constexpr std::size_t few = 4096;
+/// Such that there are few pieces.
+Cuts cuts_of(std::span<const std::array<glm::vec3, 3>> triangles) {
+    constexpr std::size_t most_pieces = 4096;
     constexpr float share = 1.0f / 16.0f;  // of all that moves
-    if (triangles.empty() || triangles.size() > few)
-        return std::numeric_limits<float>::infinity();
+    if (triangles.empty() || triangles.size() > most_pieces)
+        return {0.0f, 0};
     lightmesh::Bounds all = around(triangles[0]);
     for (const std::array<glm::vec3, 3>& corners : triangles)
         all = common(all, around(corners));
-    return share * glm::distance(all.low, all.high);
+    return {share * glm::distance(all.low, all.high),
+            static_cast<int>(std::bit_width(most_pieces / triangles.size())) - 1};
 }
 
 /// Boxes around the instances that moved, or whose part has other places, before and after.
@@ -264,9 +272,9 @@ SceneChange difference(const Scene& before, const Scene& after) {
             triangles.push_back(corners_of(after, triangle));
         }
     std::vector<lightmesh::Bounds> moved;
-    const float longest = longest_piece(triangles);
+    const Cuts cuts = cuts_of(triangles);
     for (const std::array<glm::vec3, 3>& corners : triangles)
-        add_pieces(moved, corners, longest);
+        add_pieces(moved, corners, cuts);
     add_moved_instances(moved, before, after);
     change.boxes = few_boxes(moved);
     return change;

@@ -194,6 +194,12 @@ bool same_but_for_places(const Side& before, const Side& after) {
     return true;
 }
 
+/// Whether each vertex and each instance lies where the one of its number lay.
+bool same_places(const Scene& a, const Scene& b) {
+    return same_bits(a.positions, b.positions) &&
+           std::ranges::equal(a.instances, b.instances, {}, &Instance::transform, &Instance::transform);
+}
+
 }  // namespace
 
 SceneChange triangle_change(const SceneState& before, const SceneState& after, const Passing& passing) {
@@ -215,8 +221,8 @@ SceneChange triangle_change(const SceneState& before, const SceneState& after, c
     is.add_instance_boxes(instances_come, boxes);
     SceneChange change;
     change.boxes = few_boxes(boxes);
-    change.has_other_triangles = !same_but_for_places(was, is) ||
-                                 (boxes.empty() && !same_bits(before.scene.positions, after.scene.positions));
+    change.has_other_triangles =
+        !same_but_for_places(was, is) || (boxes.empty() && !same_places(before.scene, after.scene));
     return change;
 }
 
