@@ -418,8 +418,9 @@ TEST_CASE("lightmesh-render film: bad input gets one line, and leaves nothing be
     check_refused("spheres -o film.png", "a film goes into a folder");
     check_refused("spheres --format exr -o film.mp4", "made of PNG files");
     check_refused("spheres --format bmp", "bmp");
-    check_refused("spheres --on gpu -a lmm",
-                  "--on gpu does not know --algorithm lmm; it knows cache, whitted");
+    check_refused("spheres --on gpu -a shadow-map",
+                  "--on gpu does not know --algorithm shadow-map; it knows cache, blur-cache");
+    check_refused("spheres --on gpu -a lmm", "--on gpu does not know --short-test exact");
     check_refused("spheres --on gpu --device none-such", "no device \"none-such\"", 2);
     check_refused("spheres --on fpga", "fpga");
 }
