@@ -314,6 +314,13 @@ def rendering_steps(scene):
             assert os.listdir(folder) == [], 'a frame that was cancelled is written'
         handlers.clear()
 
+        # One to the end: Blender's exit status is 1 where Escape ended the last one.
+        render.resolution_x, render.resolution_y = 160, 90
+        scene.light_mesh.samples = 1
+        press('F12')
+        yield from rendered()
+        assert engine.statistics['triangles'] == 12, engine.statistics
+
 
 def run():
     bpy.context.preferences.view.show_splash = False
