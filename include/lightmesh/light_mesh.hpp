@@ -18,7 +18,8 @@
 #include <lightmesh/mesh/snapshot_reader.hpp>
 #include <lightmesh/mesh/snapshot_writer.hpp>
 #include <lightmesh/query/level_query.hpp>
-#include <lightmesh/query/query.hpp>
+#include <lightmesh/query/point_query.hpp>
+#include <lightmesh/query/block_query.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>

@@ -31,10 +31,11 @@
 ///     tap               a record that a query blends
 ///
 /// A newcomer reads `light_mesh.hpp` with `lights.hpp`, `settings.hpp` and `adapters/concepts.hpp`; then
-/// `mesh/brick.hpp` (what is stored), `query/query.hpp` (a query's way), `query/hemisphere.hpp` (the
-/// neighbours of equation (2)), `query/tally.hpp` and `query/kernels/portable.hpp` (the sum of equation (3));
-/// for the linked short test `mesh/flood.hpp` and `fill/flood_fill.hpp`; for the cache
-/// `visibility_cache.hpp`, then `cache/query.hpp`, `cache/taps.hpp` and `cache/store.hpp`.
+/// `mesh/brick.hpp` (what is stored), `query/point_query.hpp` (a query's way; of many points
+/// `query/block_query.hpp`), `query/hemisphere.hpp` (the neighbours of equation (2)), `query/tally.hpp` and
+/// `query/kernels/portable.hpp` (the sum of equation (3)); for the linked short test `mesh/flood.hpp` and
+/// `fill/flood_fill.hpp`; for the cache `visibility_cache.hpp`, then `cache/query.hpp`, `cache/taps.hpp` and
+/// `cache/store.hpp`.
 ///
 /// Who needs rays only may include `light_mesh.hpp` alone. Namespace `detail` may change at any time.
 

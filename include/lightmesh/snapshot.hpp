@@ -14,7 +14,7 @@
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/level.hpp>
 #include <lightmesh/mesh/snapshot_reader.hpp>
-#include <lightmesh/query/query.hpp>
+#include <lightmesh/query/block_query.hpp>
 #include <lightmesh/query/query_point.hpp>
 #include <lightmesh/query/view_query.hpp>
 #include <lightmesh/settings.hpp>

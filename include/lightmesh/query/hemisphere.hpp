@@ -37,6 +37,8 @@ struct BrickMask {
 /// light point (x, y, z) are sums of a number for x, one for y and one for z.
 struct Hemisphere {
     static constexpr int max_bricks_per_axis = 10;  // 2q + 1 <= 33 light points
+    static constexpr std::size_t most_bricks =
+        max_bricks_per_axis * max_bricks_per_axis * max_bricks_per_axis;
     static constexpr int normal_bits = 15;
 
     glm::ivec3 first_brick;  ///< coordinates of the first brick of the box that the ball touches

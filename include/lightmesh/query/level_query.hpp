@@ -3,7 +3,8 @@
 
 #include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/level.hpp>
-#include <lightmesh/query/query.hpp>
+#include <lightmesh/query/block_query.hpp>
+#include <lightmesh/query/point_query.hpp>
 #include <lightmesh/query/query_point.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/surface_point.hpp>

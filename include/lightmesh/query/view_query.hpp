@@ -75,10 +75,8 @@ inline void query_view(const MeshView& mesh, const glm::vec3& position, const gl
     }
     const glm::vec3 unit_normal = unit_or_zero(normal);
     const Hemisphere hemisphere(*mesh.grid, mesh.grid->locate(position), position, unit_normal);
-    constexpr std::size_t capacity =
-        Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis * Hemisphere::max_bricks_per_axis;
-    BrickMask masks[capacity];
-    BrickPoints entries[capacity];
+    BrickMask masks[Hemisphere::most_bricks];
+    BrickPoints entries[Hemisphere::most_bricks];
     const std::size_t size = kernels().find_masks(hemisphere, masks);
     bool is_known = size != 0 && mesh.settings->short_test == ShortTest::none;
     for (std::size_t i = 0; i < size; ++i) {
