@@ -5,7 +5,7 @@
 #include "../examples/render/open_scene.hpp"
 #include "../examples/render/renderer.hpp"
 #include "../examples/render/visibility.hpp"
-#include "../examples/scene/light_rig.hpp"
+#include "../examples/scene/boxes.hpp"
 #include "../examples/scene/scene.hpp"
 #include "../examples/scene/surface.hpp"
 #include "render/illumination.hpp"
@@ -304,10 +304,9 @@ TEST_CASE("field: a lamp shines through its bulb") {
 TEST_CASE("field: a pane lets light through by its opacity") {
     const demo::Scene scene = as_is("bulb-pane-mask/pane.gltf");
     const demo::EmbreeScene embree(scene);
-    const glm::vec3 point{0.2f, 0, 0.3f};
-    const glm::vec3 normal{0, 1, 0};
+    const lightmesh::SurfacePoint point{{0.2f, 0, 0.3f}, {0, 1, 0}};
     const std::uint32_t seed = 1;
-    const demo::SurfacePoints points{{&point, 1}, {&normal, 1}, {&seed, 1}};
+    const demo::SurfacePoints points{{&point, 1}, {&seed, 1}};
     demo::VisibilityCost cost;
     float lit = 0.0f;
     demo::make_hard_shadows(embree)->find(points, {&lit, 1}, cost);

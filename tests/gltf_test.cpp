@@ -4,7 +4,7 @@
 
 #include "../examples/render/files.hpp"
 #include "../examples/render/view.hpp"
-#include "../examples/scene/light_rig.hpp"
+#include "../examples/scene/boxes.hpp"
 #include "../examples/scene/scene.hpp"
 #include "../examples/scene/surface.hpp"
 #include "gltf_writer.hpp"

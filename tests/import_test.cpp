@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "../examples/scene/light_rig.hpp"
+#include "../examples/scene/boxes.hpp"
 #include "../examples/scene/scene.hpp"
 #include "../examples/scene/surface.hpp"
 #include "temporary_folder.hpp"

@@ -4,8 +4,8 @@
 
 #include "render/embree_scene.hpp"
 #include "render/scene_occluders.hpp"
+#include "scene/boxes.hpp"
 #include "scene/instances.hpp"
-#include "scene/light_rig.hpp"
 #include "scene/random.hpp"
 #include "scene/scene.hpp"
 #include "scene/scene_change.hpp"
@@ -169,7 +169,7 @@ TEST_CASE("demo: what knows only triangles in their places refuses instances by 
         CHECK(all.low[axis] <= exact.low[axis]);
         CHECK(all.high[axis] >= exact.high[axis]);
     }
-    CHECK(all.diagonal() < 1.3f * exact.diagonal());
+    CHECK(diagonal_of(all) < 1.3f * diagonal_of(exact));
     demo::Scene other = scene;
     other.instances.pop_back();
     CHECK(demo::difference(scene, other).is_another_scene);

@@ -85,8 +85,8 @@ public:
     void find(const demo::SurfacePoints& points, std::span<float> lit, demo::VisibilityCost&) const override {
         std::ranges::fill(lit, 1.0f);
         const std::scoped_lock lock(one_at_a_time_);
-        for (std::size_t i = 0; i < points.positions.size(); ++i)
-            all_.push_back({points.positions[i], points.footprints[i]});
+        for (const lightmesh::SurfacePoint& point : points.points)
+            all_.push_back({point.position, point.footprint});
     }
     void update(const demo::EmbreeScene&, const demo::SceneChange&) override {}
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "../examples/scene/boxes.hpp"
 #include "../examples/scene/light_rig.hpp"
 #include "../examples/scene/scene.hpp"
 
@@ -184,9 +185,9 @@ TEST_CASE("spread lights cover the scene evenly, above its ground") {
     int quarter[2][2] = {};
     for (const demo::SceneLight& light : scene.lights) {
         const glm::vec3 p = position_of(light);
-        ++quarter[p.x > bounds.centre().x ? 1 : 0][p.y > bounds.centre().y ? 1 : 0];
+        ++quarter[p.x > centre_of(bounds).x ? 1 : 0][p.y > centre_of(bounds).y ? 1 : 0];
         CHECK(p.z > 0.0f);
-        CHECK(p.z < bounds.high.z + 0.05f * bounds.diagonal());
+        CHECK(p.z < bounds.high.z + 0.05f * diagonal_of(bounds));
     }
     for (const auto& row : quarter) {
         for (const int count : row) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/cache_shadows.hpp"
 
-#include "gpu/ask_host.hpp"
 #include "gpu/cache_fill.hpp"
+#include "gpu/host_visibility.hpp"
 #include "gpu/lamp_shares.hpp"
 #include "gpu/uploaded.hpp"
 #include "render/follow_scene.hpp"
@@ -13,14 +13,13 @@
 #include <lightmesh/gpu/cache_upload.hpp>
 #include <lightmesh/surface_point.hpp>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace demo {
@@ -35,128 +34,82 @@ using lightmesh::SurfacePoint;
 /// fill.
 constexpr int enough_fills = 8;
 
-/// The cache that shaders have a copy of.
-class HostCache {
-public:
-    virtual ~HostCache() = default;
-
-    /// Finds what shaders lack at points.
-    virtual void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) = 0;
-    /// How lit points are: a row of all lights at each.
-    virtual void find(std::span<const SurfacePoint> points, std::span<float> lit,
-                      const std::atomic<bool>* cancel) const = 0;
-    virtual void update(const EmbreeScene& scene, const SceneChange& change) = 0;
-    virtual std::size_t light_count() const = 0;
-    virtual std::vector<std::byte> snapshot() const = 0;
-    virtual lightmesh::CacheStatistics statistics() const = 0;
-    /// By shaders.
-    virtual DeviceFill spent() const { return {}; }
-};
-
-/// Records by the host, rays to lamps by shaders.
-class LampCache final : public HostCache {
+/// A cache whose records the host finds, and shaders the rays to lamps.
+class LampCache {
 public:
     LampCache(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
               const VisibilityOptions& options)
-        : options_(options), shares_(device, copy), cache_(begun_cache_of(scene, options)) {
-        options_.known.clear();
-    }
+        : options_(lamp_options(options)), shares_(device, copy), cache_(begun_cache_of(scene, options)) {}
 
-    void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) override {
+    /// Finds what shaders lack at points.
+    void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
         fill_by_lists(cache_, points, [&](const lightmesh::LampRayList& list) {
             cache_.fill_shares(list, [&](auto work, auto found) { shares_(work, found, cancel); });
         });
     }
 
+    /// How lit points are: a row of all lights at each.
     void find(std::span<const SurfacePoint> points, std::span<float> lit,
-              const std::atomic<bool>* cancel) const override {
+              const std::atomic<bool>* cancel) const {
         const std::size_t lights = light_count();
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 256), [&](const auto& part) {
-            check_cancelled(cancel);
-            cache_.visibility(points.subspan(part.begin(), part.size()),
-                              lit.subspan(part.begin() * lights, part.size() * lights));
+        in_parts(points.size(), cancel, [&](std::size_t first, std::size_t size) {
+            cache_.visibility(points.subspan(first, size), lit.subspan(first * lights, size * lights));
         });
     }
 
-    void update(const EmbreeScene& scene, const SceneChange& change) override {
+    void update(const EmbreeScene& scene, const SceneChange& change) {
         follow_scene(cache_, lamps_of(scene, options_), change);
     }
 
-    std::size_t light_count() const override { return cache_.light_count(); }
-    std::vector<std::byte> snapshot() const override { return cache_.snapshot(); }
-    lightmesh::CacheStatistics statistics() const override { return cache_.statistics(); }
-    DeviceFill spent() const override { return shares_.spent(); }
+    std::size_t light_count() const { return cache_.light_count(); }
+    std::vector<std::byte> snapshot() const { return cache_.snapshot(); }
+    lightmesh::CacheStatistics cache() const { return cache_.statistics(); }
+    DeviceFill spent() const { return shares_.spent(); }
 
 private:
-    VisibilityOptions options_;
+    VisibilityOptions options_;  ///< for lamps
     LampShares shares_;
     SceneCache cache_;
 };
 
-/// All by the host: a light mesh seen through a cache.
-class BlurCache final : public HostCache {
-public:
-    BlurCache(const EmbreeScene& scene, const VisibilityOptions& options)
-        : shadows_(make_visibility("blur-cache", scene, options)), light_count_(scene.scene().lights.size()) {
-    }
-
-    void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) override {
-        ask_host(*shadows_, light_count_, points, cancel, [](std::size_t, std::span<const float>) {});
-    }
-
-    void find(std::span<const SurfacePoint> points, std::span<float> lit,
-              const std::atomic<bool>* cancel) const override {
-        ask_host(*shadows_, light_count_, points, cancel,
-                 [&](std::size_t first, std::span<const float> found) {
-                     std::ranges::copy(found, lit.subspan(first * light_count_).begin());
-                 });
-    }
-
-    void update(const EmbreeScene& scene, const SceneChange& change) override {
-        light_count_ = scene.scene().lights.size();
-        shadows_->update(scene, change);
-    }
-
-    std::size_t light_count() const override { return light_count_; }
-    std::vector<std::byte> snapshot() const override { return shadows_->snapshot(); }
-    lightmesh::CacheStatistics statistics() const override { return shadows_->cache().value(); }
-
-private:
-    std::unique_ptr<Visibility> shadows_;
-    std::size_t light_count_;
-};
+/// The cache that shaders have a copy of.
+using HostCache = std::variant<LampCache, HostVisibility>;
 
 }  // namespace
 
 struct CacheShadows::Parts {
     Parts(const ComputeDevice& on, const std::string& algorithm, const EmbreeScene& scene,
           const GpuScene& copy, const VisibilityOptions& options, std::size_t pixels)
-        : device(on), cache(cache_named(on, algorithm, scene, copy, options)),
-          uploaded(on, cache->snapshot()), row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)),
-          answers(on, std::size_t{16}), no_requests(CacheUpload::empty_requests(pixels)),
-          requests(on, no_requests) {}
+        : device(on), cache(cache_named(on, algorithm, scene, copy, options)), uploaded(on, snapshot()),
+          row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
+          no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {}
 
-    static std::unique_ptr<HostCache> cache_named(const ComputeDevice& device, const std::string& algorithm,
-                                                  const EmbreeScene& scene, const GpuScene& copy,
-                                                  const VisibilityOptions& options) {
+    static HostCache cache_named(const ComputeDevice& device, const std::string& algorithm,
+                                 const EmbreeScene& scene, const GpuScene& copy,
+                                 const VisibilityOptions& options) {
         if (algorithm == "blur-cache")
-            return std::make_unique<BlurCache>(scene, options);
-        return std::make_unique<LampCache>(device, scene, copy, options);
+            return HostCache(std::in_place_type<HostVisibility>, algorithm, scene, options);
+        return HostCache(std::in_place_type<LampCache>, device, scene, copy, options);
     }
 
-    void upload() { uploaded.update(cache->snapshot()); }
+    std::vector<std::byte> snapshot() const {
+        return std::visit([](const auto& host) { return host.snapshot(); }, cache);
+    }
+
+    void upload() { uploaded.update(snapshot()); }
 
     void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
-        cache->fill(points, cancel);
+        std::visit([&](auto& host) { host.fill(points, cancel); }, cache);
         upload();
     }
 
     void answer(std::span<const SurfacePoint> points, std::span<const std::uint32_t> of_pixels,
                 const std::atomic<bool>* cancel) {
-        const std::size_t lights = cache->light_count();
+        const std::size_t lights = std::visit([](const auto& host) { return host.light_count(); }, cache);
         const std::size_t first_row = lights == 0 ? 0 : values.size() / lights;
         values.resize((first_row + points.size()) * lights);
-        cache->find(points, std::span(values).subspan(first_row * lights), cancel);
+        const std::span<float> lit = std::span(values).subspan(first_row * lights);
+        std::visit([&](const auto& host) { host.find(points, lit, cancel); }, cache);
         for (std::size_t i = 0; i < points.size(); ++i)
             row_of_pixel[of_pixels[i]] = static_cast<std::uint32_t>(first_row + i + 1);
         rows.write(0, std::as_bytes(std::span(row_of_pixel)));
@@ -164,7 +117,7 @@ struct CacheShadows::Parts {
     }
 
     ComputeDevice device;
-    std::unique_ptr<HostCache> cache;
+    HostCache cache;
     UploadedCache uploaded;
     std::vector<std::uint32_t> row_of_pixel;
     ComputeBuffer rows;
@@ -185,7 +138,7 @@ CacheShadows::~CacheShadows() = default;
 void CacheShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     if (!change.changes_shadows())
         return;
-    parts_->cache->update(scene, change);
+    std::visit([&](auto& host) { host.update(scene, change); }, parts_->cache);
     parts_->upload();
 }
 
@@ -235,15 +188,15 @@ bool CacheShadows::fill(const std::atomic<bool>* cancel) {
 }
 
 lightmesh::CacheStatistics CacheShadows::statistics() const {
-    return parts_->cache->statistics();
+    return std::visit([](const auto& host) { return host.cache(); }, parts_->cache);
 }
 
 std::vector<std::byte> CacheShadows::snapshot() const {
-    return parts_->cache->snapshot();
+    return parts_->snapshot();
 }
 
 DeviceFill CacheShadows::spent() const {
-    return parts_->cache->spent();
+    return std::visit([](const auto& host) { return host.spent(); }, parts_->cache);
 }
 
 }  // namespace demo

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/mesh_shadows.hpp"
 
-#include "gpu/ask_host.hpp"
+#include "gpu/host_visibility.hpp"
 #include "gpu/listing.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/uploaded.hpp"
@@ -17,6 +17,7 @@
 #include <memory>
 #include <span>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace demo {
@@ -26,26 +27,8 @@ namespace {
 /// Points that shaders can ask for at once.
 constexpr std::size_t request_capacity = std::size_t{1} << 16;
 
-/// The mesh that shaders have a copy of.
-class HostMesh {
-public:
-    virtual ~HostMesh() = default;
-
-    /// Finds what shaders lack at points, of which `uploaded` is the copy.
-    virtual void fill(std::span<const lightmesh::SurfacePoint> points, const UploadedMesh& uploaded,
-                      const std::atomic<bool>* cancel) = 0;
-    /// As of `MeshShadows`. Then it knows what its snapshots know: they have the lights in the order of a new
-    /// mesh, and know them by whole groups. Where the mesh knew more, it would find nothing to fill for a
-    /// point that lacks something in a shader.
-    virtual void update(const EmbreeScene& scene, const SceneChange& change) = 0;
-    virtual std::vector<std::byte> snapshot() const = 0;
-    virtual lightmesh::MeshStatistics statistics() const = 0;
-    /// By shaders.
-    virtual DeviceFill spent() const { return {}; }
-};
-
-/// Links by the host, long rays by shaders.
-class MeshByRays final : public HostMesh {
+/// A mesh whose links the host finds, and shaders the long rays.
+class MeshByRays {
 public:
     MeshByRays(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
                const VisibilityOptions& options)
@@ -55,53 +38,34 @@ public:
             mesh_.merge(options.known);
     }
 
-    void fill(std::span<const lightmesh::SurfacePoint> points, const UploadedMesh& uploaded,
-              const std::atomic<bool>* cancel) override {
+    /// Lets shaders see the mesh as they have it, for `fill`.
+    void bind(const UploadedMesh& uploaded) { long_tests_.bind(uploaded.bindings(LongTests::set)); }
+
+    /// Finds what shaders lack at points.
+    void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
         const auto missing = list_on_all_threads<lightmesh::LongTestList>(
             points, [&](auto some, auto& list) { mesh_.list_long_tests(some, list); });
-        long_tests_.bind(uploaded.bindings(LongTests::set));
         mesh_.fill(missing, [&](auto words, auto seen) { long_tests_(words, seen, cancel); });
     }
 
-    void update(const EmbreeScene& scene, const SceneChange& change) override {
+    void update(const EmbreeScene& scene, const SceneChange& change) {
         follow_scene(mesh_, shapes_of_lights(scene.scene()), change);
         mesh_.compact();
     }
 
-    std::vector<std::byte> snapshot() const override { return mesh_.snapshot(); }
-    lightmesh::MeshStatistics statistics() const override { return mesh_.statistics(); }
-    DeviceFill spent() const override { return long_tests_.spent(); }
+    std::vector<std::byte> snapshot() const { return mesh_.snapshot(); }
+    lightmesh::MeshStatistics mesh() const { return mesh_.statistics(); }
+    DeviceFill spent() const { return long_tests_.spent(); }
 
 private:
     lightmesh::LightMesh<EmbreeIntersector> mesh_;
     LongTests long_tests_;
 };
 
-/// All by the host: a mesh with long tests by shadow maps, which a Vulkan device may render, or by shadow
-/// volumes.
-class MeshByHost final : public HostMesh {
-public:
-    MeshByHost(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& options)
-        : shadows_(make_visibility(algorithm, scene, options)), light_count_(scene.scene().lights.size()) {}
-
-    void fill(std::span<const lightmesh::SurfacePoint> points, const UploadedMesh&,
-              const std::atomic<bool>* cancel) override {
-        ask_host(*shadows_, light_count_, points, cancel, [](std::size_t, std::span<const float>) {});
-    }
-
-    void update(const EmbreeScene& scene, const SceneChange& change) override {
-        light_count_ = scene.scene().lights.size();
-        shadows_->update(scene, change);
-        shadows_->compact();
-    }
-
-    std::vector<std::byte> snapshot() const override { return shadows_->snapshot(); }
-    lightmesh::MeshStatistics statistics() const override { return shadows_->mesh().value(); }
-
-private:
-    std::unique_ptr<Visibility> shadows_;
-    std::size_t light_count_;
-};
+/// The mesh that shaders have a copy of. After an update it knows what its snapshots know: they have the
+/// lights in the order of a new mesh, and know them by whole groups. Where the mesh knew more, it would find
+/// nothing to fill for a point that lacks something in a shader.
+using HostMesh = std::variant<MeshByRays, HostVisibility>;
 
 /// Whether an algorithm's long tests are rays.
 bool is_by_rays(const std::string& algorithm) {
@@ -113,23 +77,29 @@ bool is_by_rays(const std::string& algorithm) {
 struct MeshShadows::Parts {
     Parts(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
           const GpuScene& copy, const VisibilityOptions& options)
-        : mesh(mesh_of(device, algorithm, scene, copy, options)), uploaded(device, mesh->snapshot()),
+        : mesh(mesh_of(device, algorithm, scene, copy, options)), uploaded(device, snapshot()),
           no_requests(lightmesh::empty_requests(request_capacity)), requests(device, no_requests) {}
 
-    static std::unique_ptr<HostMesh> mesh_of(const ComputeDevice& device, const std::string& algorithm,
-                                             const EmbreeScene& scene, const GpuScene& copy,
-                                             const VisibilityOptions& options) {
+    static HostMesh mesh_of(const ComputeDevice& device, const std::string& algorithm,
+                            const EmbreeScene& scene, const GpuScene& copy,
+                            const VisibilityOptions& options) {
         if (is_by_rays(algorithm))
-            return std::make_unique<MeshByRays>(device, scene, copy, options);
-        return std::make_unique<MeshByHost>(algorithm, scene, options);
+            return HostMesh(std::in_place_type<MeshByRays>, device, scene, copy, options);
+        return HostMesh(std::in_place_type<HostVisibility>, algorithm, scene, options);
+    }
+
+    std::vector<std::byte> snapshot() const {
+        return std::visit([](const auto& host) { return host.snapshot(); }, mesh);
     }
 
     void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
-        mesh->fill(points, uploaded, cancel);
-        uploaded.update(mesh->snapshot());
+        if (auto* by_rays = std::get_if<MeshByRays>(&mesh))
+            by_rays->bind(uploaded);
+        std::visit([&](auto& host) { host.fill(points, cancel); }, mesh);
+        uploaded.update(snapshot());
     }
 
-    std::unique_ptr<HostMesh> mesh;
+    HostMesh mesh;
     UploadedMesh uploaded;
     std::vector<std::byte> no_requests;
     ComputeBuffer requests;
@@ -146,8 +116,8 @@ void MeshShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     parts_->asked_before.clear();
     if (!change.changes_shadows())
         return;
-    parts_->mesh->update(scene, change);
-    parts_->uploaded.update(parts_->mesh->snapshot());
+    std::visit([&](auto& host) { host.update(scene, change); }, parts_->mesh);
+    parts_->uploaded.update(parts_->snapshot());
 }
 
 std::vector<ComputeBinding> MeshShadows::bindings() const {
@@ -182,15 +152,15 @@ MeshShadows::Asked MeshShadows::fill(const std::atomic<bool>* cancel) {
 }
 
 lightmesh::MeshStatistics MeshShadows::statistics() const {
-    return parts_->mesh->statistics();
+    return std::visit([](const auto& host) { return host.mesh(); }, parts_->mesh);
 }
 
 std::vector<std::byte> MeshShadows::snapshot() const {
-    return parts_->mesh->snapshot();
+    return parts_->snapshot();
 }
 
 DeviceFill MeshShadows::spent() const {
-    return parts_->mesh->spent();
+    return std::visit([](const auto& host) { return host.spent(); }, parts_->mesh);
 }
 
 }  // namespace demo

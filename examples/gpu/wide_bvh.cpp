@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/wide_bvh.hpp"
 
-#include "scene/light_rig.hpp"
+#include "scene/boxes.hpp"
 #include "scene/surface.hpp"
 
 #if __has_include(<embree4/rtcore.h>)
@@ -69,26 +69,17 @@ struct Release {
     void operator()(RTCBVH bvh) const { rtcReleaseBVH(bvh); }
 };
 
-Bounds box_of(const Scene& scene, const Triangle& triangle) {
-    Bounds box{scene.positions[triangle.vertex[0]], scene.positions[triangle.vertex[0]]};
-    for (const std::uint32_t vertex : triangle.vertex) {
-        box.low = glm::min(box.low, scene.positions[vertex]);
-        box.high = glm::max(box.high, scene.positions[vertex]);
-    }
-    return box;
-}
-
 /// By what the rounding of a ray may miss a box.
 float rounding_in(const Bounds& all) {
     const glm::vec3 farthest = glm::max(glm::abs(all.low), glm::abs(all.high));
-    return 0x1p-21f * ((std::max)({farthest.x, farthest.y, farthest.z}) + all.diagonal());
+    return 0x1p-21f * ((std::max)({farthest.x, farthest.y, farthest.z}) + diagonal_of(all));
 }
 
 /// The boxes of all triangles, wider on each side by `more`.
 std::vector<RTCBuildPrimitive> boxes_of_triangles(const Scene& scene, float more) {
     std::vector<RTCBuildPrimitive> boxes(scene.triangles.size());
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const Bounds box = box_of(scene, scene.triangles[i]);
+        const Bounds box = around(corners_of(scene, scene.triangles[i]));
         boxes[i] = {box.low.x - more,  box.low.y - more,  box.low.z - more,  0,
                     box.high.x + more, box.high.y + more, box.high.z + more, static_cast<unsigned>(i)};
     }
@@ -204,16 +195,12 @@ private:
         Bounds box = nothing();
         const std::size_t first = (child & ~WideBvh::leaf) >> 2;
         for (std::size_t i = first; i < first + (child & 3u); ++i)
-            box = common(box, box_of(scene_, triangle_at(i * WideBvh::words_of_triangle)));
+            box = common(box, around(corners_of(scene_, triangle_at(i * WideBvh::words_of_triangle))));
         return {box.low - more_, box.high + more_};
     }
 
     /// It ends before it begins, for all rays; shaders need not know infinity.
     static Bounds nothing() { return {glm::vec3(1e30f), glm::vec3(-1e30f)}; }
-
-    static Bounds common(const Bounds& a, const Bounds& b) {
-        return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
-    }
 
     WideBvh& bvh_;
     const Scene& scene_;

@@ -62,7 +62,7 @@ public:
 
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const Stopwatch watch;
-        cache_.visibility(as_library_points(points), lit);
+        cache_.visibility(points.points, lit);
         cost.seconds += watch.seconds();
     }
 
@@ -97,12 +97,8 @@ SceneCache begun_cache_of(const EmbreeScene& scene, const VisibilityOptions& opt
 }
 
 std::unique_ptr<Visibility> make_cache(const EmbreeScene& scene, const VisibilityOptions& options) {
-    VisibilityOptions for_lamps;
-    for_lamps.settings = options.settings;
-    for_lamps.light_size = options.light_size;
-    for_lamps.lights = options.lights;
     return std::make_unique<CacheVisibility<SceneCache>>(begun_cache_of(scene, options), lamps_of,
-                                                         std::move(for_lamps));
+                                                         lamp_options(options));
 }
 
 std::unique_ptr<Visibility> make_blur_cache(const EmbreeScene& scene, const VisibilityOptions& options) {

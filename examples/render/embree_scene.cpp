@@ -4,7 +4,7 @@
 
 #include "render/stopwatch.hpp"
 #include "scene/blockers.hpp"
-#include "scene/light_rig.hpp"
+#include "scene/boxes.hpp"
 #include "scene/surface.hpp"
 
 #include <glm/common.hpp>
@@ -182,7 +182,7 @@ void EmbreeScene::build(Level& level, bool with_blockers) {
 void EmbreeScene::measure() {
     const Bounds bounds = bounds_of(scene_);
     const glm::vec3 farthest = glm::max(glm::abs(bounds.low), glm::abs(bounds.high));
-    diagonal_ = bounds.diagonal();
+    diagonal_ = diagonal_of(bounds);
     offset_ = 0x1p-18f * ((std::max)({farthest.x, farthest.y, farthest.z}) + diagonal_);
 }
 

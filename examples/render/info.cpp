@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/commands.hpp"
 #include "render/options.hpp"
-#include "scene/light_rig.hpp"
+#include "scene/boxes.hpp"
 
 #include <nlohmann/json.hpp>
 

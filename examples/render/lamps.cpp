@@ -50,6 +50,14 @@ std::vector<lightmesh::Light> lamps_of(const EmbreeScene& scene, const Visibilit
     return lamps;
 }
 
+VisibilityOptions lamp_options(const VisibilityOptions& options) {
+    VisibilityOptions looked_at;
+    looked_at.settings = options.settings;
+    looked_at.light_size = options.light_size;
+    looked_at.lights = options.lights;
+    return looked_at;
+}
+
 std::vector<float> sizes_at_ends(std::span<const lightmesh::Light> lamps, float far_away) {
     std::vector<float> sizes;
     for (const lightmesh::Light& lamp : lamps) {

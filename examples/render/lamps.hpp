@@ -17,6 +17,9 @@ namespace demo {
 /// `light_size` is as wide as such a lamp at half of the scene's diagonal.
 std::vector<lightmesh::Light> lamps_of(const EmbreeScene& scene, const VisibilityOptions& options);
 
+/// A copy of no more than `lamps_of` looks at.
+VisibilityOptions lamp_options(const VisibilityOptions& options);
+
 /// The radii of lamps where shadow rays to them end, `far_away` for directional lights; of rectangles 0.
 std::vector<float> sizes_at_ends(std::span<const lightmesh::Light> lamps, float far_away);
 

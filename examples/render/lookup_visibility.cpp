@@ -43,13 +43,14 @@ public:
         const Stopwatch watch;
         const std::vector<SceneLight>& lights = scene_.scene().lights;
         const float offset = offsets_ * scene_.offset();
-        for (std::size_t i = 0; i < points.positions.size(); ++i) {
-            const glm::vec3 point = points.positions[i] + offset * points.normals[i];
+        for (std::size_t i = 0; i < points.points.size(); ++i) {
+            const lightmesh::SurfacePoint& at = points.points[i];
+            const glm::vec3 lifted = at.position + offset * at.normal;
             for (std::size_t l = 0; l < lights.size(); ++l) {
-                const Illumination light = illuminate(lights[l], points.positions[i]);
-                const bool faces = glm::dot(points.normals[i], light.to_light) >= 0.0f &&
-                                   light.irradiance != glm::vec3(0.0f);
-                lit[i * lights.size() + l] = faces && lookups_[l]->visible(point) ? 1.0f : 0.0f;
+                const Illumination light = illuminate(lights[l], at.position);
+                const bool faces =
+                    glm::dot(at.normal, light.to_light) >= 0.0f && light.irradiance != glm::vec3(0.0f);
+                lit[i * lights.size() + l] = faces && lookups_[l]->visible(lifted) ? 1.0f : 0.0f;
             }
         }
         cost.seconds += watch.seconds();

@@ -51,7 +51,7 @@ public:
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const override {
         const Stopwatch watch;
         lightmesh::QueryStatistics statistics;
-        mesh_.visibility(as_library_points(points), lit, &statistics);
+        mesh_.visibility(points.points, lit, &statistics);
         cost.short_rays += statistics.short_rays;
         cost.shadow_rays += statistics.shadow_rays;
         cost.seconds += watch.seconds();

@@ -5,6 +5,7 @@
 #include "render/renderer.hpp"
 #include "render/view.hpp"
 #include "render/visibility.hpp"
+#include "scene/boxes.hpp"
 #include "scene/light_rig.hpp"
 
 #include <glm/geometric.hpp>
@@ -60,7 +61,7 @@ void set_view(const SceneOptions& options, Scene& scene) {
     if (options.target)
         camera.target = here(*options.target);
     else if (options.eye)
-        camera.target = bounds_of(scene).centre();
+        camera.target = centre_of(bounds_of(scene));
     for (const glm::vec3& place : {camera.eye, camera.target})
         if (!(glm::length(glm::dvec3(place)) < 1e18))
             throw std::invalid_argument("--eye or --target is too far away to see anything: " +

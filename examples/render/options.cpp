@@ -3,7 +3,7 @@
 
 #include "render/run.hpp"
 #include "render/text_table.hpp"
-#include "scene/light_rig.hpp"
+#include "scene/boxes.hpp"
 
 #include <cmath>
 #include <iostream>
@@ -203,7 +203,7 @@ Scene show_scene(const SceneOptions& options) {
 
 void check_radius(float radius, const Scene& scene) {
     constexpr float most = 1000.0f;
-    const float size = bounds_of(scene).diagonal();
+    const float size = diagonal_of(bounds_of(scene));
     if (!(radius <= most * size))
         throw std::invalid_argument("--radius " + number(radius) +
                                     " is more than 1000 times the size of the scene, " + number(size));

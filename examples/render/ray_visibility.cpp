@@ -68,14 +68,15 @@ public:
         const std::vector<SceneLight>& lights = scene_.scene().lights;
         std::ranges::fill(lit, 0.0f);
         Batch batch(tracer_);
-        for (std::size_t i = 0; i < points.positions.size(); ++i) {
+        for (std::size_t i = 0; i < points.points.size(); ++i) {
+            const lightmesh::SurfacePoint& at = points.points[i];
             for (std::size_t place = 0; place < numbers_.size(); ++place) {
                 const std::size_t l = numbers_[place];
-                const Illumination light = illuminate(lights[l], points.positions[i]);
-                if (glm::dot(points.normals[i], light.to_light) < 0.0f || light.irradiance == glm::vec3(0.0f))
+                const Illumination light = illuminate(lights[l], at.position);
+                if (glm::dot(at.normal, light.to_light) < 0.0f || light.irradiance == glm::vec3(0.0f))
                     continue;
-                const lightmesh::Segment middle = shadow_segment(
-                    lights[l], points.positions[i], points.normals[i], scene_.offset(), scene_.far_away());
+                const lightmesh::Segment middle =
+                    shadow_segment(lights[l], at.position, at.normal, scene_.offset(), scene_.far_away());
                 const auto seed = points.seeds[i] ^ (static_cast<std::uint32_t>(l) * 0x9e3779b9u);
                 add_rays(batch, middle, place, seed, lit[i * numbers_.size() + place]);
             }

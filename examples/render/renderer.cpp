@@ -136,13 +136,11 @@ private:
     void add_point(const PathRay& ray, const Hit& hit) {
         hits_.push_back(hit);
         arrivals_.push_back(ray);
-        positions_.push_back(hit.position);
-        normals_.push_back(hit.geometric_normal);
-        seeds_.push_back(random_.next());
-        shading_normals_.push_back(hit.shading_normal);
         // Mirrors and glass are taken for flat: the cone goes on as wide as it has become.
-        footprints_.push_back(ray.width + pixel_angle_ * glm::distance(ray.origin, hit.position));
-        follow_on(ray, hit, footprints_.back());
+        const float width = ray.width + pixel_angle_ * glm::distance(ray.origin, hit.position);
+        points_.push_back({hit.position, hit.geometric_normal, width, hit.shading_normal});
+        seeds_.push_back(random_.next());
+        follow_on(ray, hit, width);
         if (hits_.size() == most_points_)
             shade_points();
     }
@@ -176,8 +174,7 @@ private:
     void shade_points() {
         const std::size_t light_count = model().lights.size();
         lit_.resize(hits_.size() * light_count);
-        visibility_.find({positions_, normals_, seeds_, shading_normals_, footprints_}, lit_,
-                         statistics_.visibility);
+        visibility_.find({points_, seeds_}, lit_, statistics_.visibility);
         const Stopwatch watch;
         for (std::size_t i = 0; i < hits_.size(); ++i) {
             const PathRay& ray = arrivals_[i];
@@ -190,18 +187,15 @@ private:
         statistics_.shading_points += hits_.size();
         hits_.clear();
         arrivals_.clear();
-        positions_.clear();
-        normals_.clear();
+        points_.clear();
         seeds_.clear();
-        shading_normals_.clear();
-        footprints_.clear();
     }
 
     /// By rays of equal weight, more of them towards the normal.
     float ambient_share(std::size_t i) {
         const glm::vec3& normal = hits_[i].shading_normal;
         const auto [right, up] = across(normal);
-        const glm::vec3 origin = positions_[i] + scene_.offset() * normals_[i];
+        const glm::vec3 origin = points_[i].position + scene_.offset() * points_[i].normal;
         const float length = (std::min)(options_.ambient_distance, scene_.far_away());
         const auto count = static_cast<std::size_t>(options_.ambient_rays);
         Random random(seeds_[i]);
@@ -235,11 +229,8 @@ private:
     // The points that wait to be shaded.
     std::vector<Hit> hits_;
     std::vector<PathRay> arrivals_;
-    std::vector<glm::vec3> positions_;
-    std::vector<glm::vec3> normals_;
+    std::vector<lightmesh::SurfacePoint> points_;
     std::vector<std::uint32_t> seeds_;
-    std::vector<glm::vec3> shading_normals_;
-    std::vector<float> footprints_;
     std::vector<float> lit_;
     std::vector<lightmesh::Segment> ambient_;
     std::vector<std::uint8_t> ambient_hits_;

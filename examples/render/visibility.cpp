@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "render/visibility.hpp"
 
+#include <glm/vec3.hpp>
+
 #include <functional>
 #include <numeric>
 #include <stdexcept>
@@ -60,19 +62,6 @@ const std::vector<Entry>& entries() {
 }
 
 }  // namespace
-
-std::vector<lightmesh::SurfacePoint> as_library_points(const SurfacePoints& points) {
-    std::vector<lightmesh::SurfacePoint> all(points.positions.size());
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        all[i].position = points.positions[i];
-        all[i].normal = points.normals[i];
-        if (!points.footprints.empty())
-            all[i].footprint = points.footprints[i];
-        if (!points.shading_normals.empty())
-            all[i].shading_normal = points.shading_normals[i];
-    }
-    return all;
-}
 
 std::vector<std::size_t> numbers_of_lights(const Scene& scene, const VisibilityOptions& options) {
     if (options.lights)

@@ -9,8 +9,6 @@
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/surface_point.hpp>
 
-#include <glm/vec3.hpp>
-
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -36,17 +34,12 @@ struct VisibilityCost {
     }
 };
 
-/// Surface points, one in each place of all spans.
+/// Surface points to be lit.
 struct SurfacePoints {
-    std::span<const glm::vec3> positions;
-    std::span<const glm::vec3> normals;    ///< geometric, unit length, on the shaded side
-    std::span<const std::uint32_t> seeds;  ///< random, but the same whenever the same picture is rendered
-    std::span<const glm::vec3> shading_normals{};  ///< as `lightmesh::SurfacePoint` has them; or empty
-    std::span<const float> footprints{};           ///< the same
+    std::span<const lightmesh::SurfacePoint> points;  ///< with geometric normals of unit length
+    /// One for each point: random, but the same whenever the same picture is rendered.
+    std::span<const std::uint32_t> seeds;
 };
-
-/// The points as the library takes them.
-std::vector<lightmesh::SurfacePoint> as_library_points(const SurfacePoints& points);
 
 /// The share of light that surface points get: all that the algorithms of `lightmesh-render` differ in. Const
 /// members may be used by any number of threads. The scene that it was made for must outlive it.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "emitters.hpp"
 
-#include "light_rig.hpp"
+#include "boxes.hpp"
 #include "surface.hpp"
 
 #include <glm/common.hpp>
@@ -369,7 +369,7 @@ std::uint32_t open_copy(Scene& scene, std::uint32_t material,
 }  // namespace
 
 std::size_t add_emitter_lights(Scene& scene, std::span<const TriangleRange> meshes) {
-    const float diagonal = bounds_of(scene).diagonal();
+    const float diagonal = diagonal_of(bounds_of(scene));
     std::vector<SceneLight> lights;
     std::size_t count = 0;
     for (const TriangleRange& mesh : meshes) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "boxes.hpp"
 #include "by_name.hpp"
 #include "emitters.hpp"
 #include "import_pose.hpp"
@@ -421,7 +422,7 @@ Scene import_any(const fs::path& file, const ImportOptions& options, FilmOfFile*
     const std::vector<TriangleRange> meshes = import_triangles(file, model, scene, film != nullptr);
     if (!is_later)
         import_textures(model, scene);
-    const glm::vec3 centre = is_later ? film->centre : bounds_of(scene).centre();
+    const glm::vec3 centre = is_later ? film->centre : centre_of(bounds_of(scene));
     import_camera(file, model, options, centre, scene);
     const std::size_t switched_off = import_lamps(model, scene);
     if (is_later)
@@ -431,7 +432,7 @@ Scene import_any(const fs::path& file, const ImportOptions& options, FilmOfFile*
     complete_lights(model, switched_off, meshes, options, scene);
     scene.background = {0.05f, 0.06f, 0.08f};
     scene.ambient = glm::vec3{0.06f};
-    scene.radius = radius_share * bounds_of(scene).diagonal();
+    scene.radius = radius_share * diagonal_of(bounds_of(scene));
     return scene;
 }
 

@@ -3,10 +3,8 @@
 
 #include "scene.hpp"
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -35,18 +33,6 @@ glm::vec3 placed_normal(const Instance& instance, const glm::vec3& normal) {
     return n.x * glm::cross(y, z) + n.y * glm::cross(z, x) + n.z * glm::cross(x, y);
 }
 
-lightmesh::Bounds placed(const Instance& instance, const lightmesh::Bounds& box) {
-    const glm::vec3 first = placed(instance, box.low);
-    lightmesh::Bounds around{first, first};
-    for (int corner = 1; corner < 8; ++corner) {
-        const glm::vec3 p = placed(instance, glm::vec3((corner & 1) != 0 ? box.high.x : box.low.x,
-                                                       (corner & 2) != 0 ? box.high.y : box.low.y,
-                                                       (corner & 4) != 0 ? box.high.z : box.low.z));
-        around = {glm::min(around.low, p), glm::max(around.high, p)};
-    }
-    return around;
-}
-
 bool is_mirrored(const Instance& instance) {
     return glm::dot(glm::cross(column(instance, 0), column(instance, 1)), column(instance, 2)) < 0.0;
 }
@@ -59,18 +45,6 @@ std::uint32_t own_triangles(const Scene& scene) {
 std::uint32_t own_vertices(const Scene& scene) {
     return scene.parts.empty() ? static_cast<std::uint32_t>(scene.positions.size())
                                : scene.parts[0].first_vertex;
-}
-
-std::vector<lightmesh::Bounds> boxes_of_parts(const Scene& scene) {
-    std::vector<lightmesh::Bounds> boxes;
-    for (const MeshPart& part : scene.parts) {
-        const auto vertices = std::span(scene.positions).subspan(part.first_vertex, part.vertex_count);
-        lightmesh::Bounds box{vertices[0], vertices[0]};
-        for (const glm::vec3& p : vertices)
-            box = {glm::min(box.low, p), glm::max(box.high, p)};
-        boxes.push_back(box);
-    }
-    return boxes;
 }
 
 std::uint64_t drawn_triangles(const Scene& scene) {

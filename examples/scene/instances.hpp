@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <lightmesh/bounds.hpp>
-
 #include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
 
@@ -32,9 +30,6 @@ glm::vec3 placed(const Instance& instance, const glm::vec3& point);
 /// A normal of a part in the world, of any length; of mirror images on the other side.
 glm::vec3 placed_normal(const Instance& instance, const glm::vec3& normal);
 
-/// A box around what lies in a box of the part.
-lightmesh::Bounds placed(const Instance& instance, const lightmesh::Bounds& box);
-
 /// True if it is a mirror image of its part.
 bool is_mirrored(const Instance& instance);
 
@@ -45,9 +40,6 @@ std::uint32_t own_triangles(const Scene& scene);
 
 /// The vertices of these.
 std::uint32_t own_vertices(const Scene& scene);
-
-/// The boxes around the vertices of each part.
-std::vector<lightmesh::Bounds> boxes_of_parts(const Scene& scene);
 
 /// The number of triangles that are drawn, each instance's counted.
 std::uint64_t drawn_triangles(const Scene& scene);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "light_rig.hpp"
 
+#include "boxes.hpp"
 #include "random.hpp"
 
 #include <glm/geometric.hpp>
@@ -148,33 +149,6 @@ glm::vec2 low_discrepancy(std::size_t i) {
 
 }  // namespace
 
-glm::vec3 Bounds::centre() const {
-    return 0.5f * (low + high);
-}
-
-float Bounds::diagonal() const {
-    return glm::length(high - low);
-}
-
-Bounds bounds_of(const Scene& scene) {
-    if (scene.positions.empty()) {
-        return {};
-    }
-    Bounds bounds{scene.positions[0], scene.positions[0]};
-    const auto widen = [&](const glm::vec3& low, const glm::vec3& high) {
-        bounds.low = glm::min(bounds.low, low);
-        bounds.high = glm::max(bounds.high, high);
-    };
-    for (const glm::vec3& p : std::span(scene.positions).first(own_vertices(scene)))
-        widen(p, p);
-    const std::vector<lightmesh::Bounds> boxes = boxes_of_parts(scene);
-    for (const Instance& instance : scene.instances) {
-        const lightmesh::Bounds box = placed(instance, boxes[instance.part]);
-        widen(box.low, box.high);
-    }
-    return bounds;
-}
-
 glm::vec3 total_strength(const Scene& scene) {
     const Axes axes{scene.camera.up};
     const Bounds bounds = bounds_of(scene);
@@ -196,8 +170,8 @@ glm::vec3 total_strength(const Scene& scene) {
 void add_light_rig(Scene& scene) {
     const Axes axes{scene.camera.up};
     const Bounds bounds = bounds_of(scene);
-    const glm::vec3 centre = bounds.centre();
-    const float size = bounds.diagonal() > 0.0f ? bounds.diagonal() : 1.0f;
+    const glm::vec3 centre = centre_of(bounds);
+    const float size = diagonal_of(bounds) > 0.0f ? diagonal_of(bounds) : 1.0f;
     constexpr int count = 6;
     for (int i = 0; i < count; ++i) {
         const bool key = i % 2 == 0;
@@ -218,9 +192,9 @@ Camera view_of_all(const Scene& scene, glm::vec3 up) {
     // Right-handed: with +y up the front is +z, with +z up it is -y.
     const glm::vec3 front = up.y != 0.0f ? glm::vec3{0, 0, 1} : glm::vec3{0, -1, 0};
     const glm::vec3 right{1, 0, 0};
-    const float size = bounds.diagonal() > 0.0f ? bounds.diagonal() : 1.0f;
+    const float size = diagonal_of(bounds) > 0.0f ? diagonal_of(bounds) : 1.0f;
     camera.up = up;
-    camera.target = bounds.centre();
+    camera.target = centre_of(bounds);
     camera.vertical_field_of_view = 0.7f;
     camera.eye = camera.target + 1.3f * size * glm::normalize(front + 0.5f * right + 0.45f * up);
     return camera;
@@ -231,7 +205,7 @@ void spread_lights(Scene& scene, std::size_t count) {
         throw std::invalid_argument("spread_lights: 0 lights");
     }
     const Bounds bounds = bounds_of(scene);
-    if (!(bounds.diagonal() > 0.0f)) {
+    if (!(diagonal_of(bounds) > 0.0f)) {
         throw std::invalid_argument("spread_lights: the scene '" + scene.name + "' has no size");
     }
     if (scene.lights.empty()) {
@@ -240,7 +214,7 @@ void spread_lights(Scene& scene, std::size_t count) {
     const glm::vec3 share = total_strength(scene) / static_cast<float>(count);
     const Axes axes{scene.camera.up};
     const Plan plan{scene, axes, bounds};
-    const float wanted = preferred_height * bounds.diagonal();
+    const float wanted = preferred_height * diagonal_of(bounds);
     const float lowest = (std::min)(axes.height(bounds.low), axes.height(bounds.high));
     scene.lights.clear();
     scene.lights.reserve(count);

@@ -7,17 +7,6 @@
 
 namespace demo {
 
-/// The box around all vertices. A scene without any has a box of no size at 0.
-struct Bounds {
-    glm::vec3 low{0.0f};
-    glm::vec3 high{0.0f};
-
-    glm::vec3 centre() const;
-    float diagonal() const;
-};
-
-Bounds bounds_of(const Scene& scene);
-
 /// Where the sum of the strengths of all lights is wanted as that of point lights: a directional light counts
 /// as the point lights that would light the ground of the scene as much.
 glm::vec3 total_strength(const Scene& scene);

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "scene_change.hpp"
 
+#include "boxes.hpp"
+#include "instances.hpp"
+#include "same_bits.hpp"
+
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -21,20 +25,6 @@
 
 namespace demo {
 namespace {
-
-/// Of values without padding.
-template <class Value>
-bool same_bits(const Value& a, const Value& b) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    return std::memcmp(&a, &b, sizeof(Value)) == 0;
-}
-
-template <class Value>
-bool same_bits(const std::vector<Value>& a, const std::vector<Value>& b) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Value)) == 0);
-}
 
 bool same_shape(const lightmesh::Light& a, const lightmesh::Light& b) {
     return a.index() == b.index() &&
@@ -77,24 +67,6 @@ bool same_but_for_places(const Scene& a, const Scene& b) {
                               [](const Material& x, const Material& y) { return same(x, y); });
 }
 
-lightmesh::Bounds common(const lightmesh::Bounds& a, const lightmesh::Bounds& b) {
-    return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
-}
-
-lightmesh::Bounds around(const std::array<glm::vec3, 3>& corners) {
-    lightmesh::Bounds box{corners[0], corners[0]};
-    for (const glm::vec3& corner : corners)
-        box = common(box, {corner, corner});
-    return box;
-}
-
-std::array<glm::vec3, 3> corners_of(const Scene& scene, const Triangle& triangle) {
-    std::array<glm::vec3, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i)
-        corners[i] = scene.positions[triangle.vertex[i]];
-    return corners;
-}
-
 /// How triangles are cut into pieces.
 struct Cuts {
     float longest;  ///< edges that are not cut
@@ -103,8 +75,7 @@ struct Cuts {
 
 /// Boxes around the pieces of a triangle, cut across its longest edge: a box around a long thin triangle is
 /// mostly empty.
-void add_pieces(std::vector<lightmesh::Bounds>& boxes, const std::array<glm::vec3, 3>& corners,
-                const Cuts& cuts) {
+void add_pieces(std::vector<Bounds>& boxes, const std::array<glm::vec3, 3>& corners, const Cuts& cuts) {
     std::size_t from = 0;
     for (std::size_t i = 1; i < 3; ++i)
         if (glm::distance(corners[i], corners[(i + 1) % 3]) >
@@ -129,7 +100,7 @@ Cuts cuts_of(std::span<const std::array<glm::vec3, 3>> triangles) {
     constexpr float share = 1.0f / 16.0f;  // of all that moves
     if (triangles.empty() || triangles.size() > most_pieces)
         return {0.0f, 0};
-    lightmesh::Bounds all = around(triangles[0]);
+    Bounds all = around(triangles[0]);
     for (const std::array<glm::vec3, 3>& corners : triangles)
         all = common(all, around(corners));
     return {share * glm::distance(all.low, all.high),
@@ -137,14 +108,14 @@ Cuts cuts_of(std::span<const std::array<glm::vec3, 3>> triangles) {
 }
 
 /// Boxes around the instances that moved, or whose part has other places, before and after.
-void add_moved_instances(std::vector<lightmesh::Bounds>& moved, const Scene& before, const Scene& after) {
+void add_moved_instances(std::vector<Bounds>& moved, const Scene& before, const Scene& after) {
     std::vector<bool> has_moved;
     for (const MeshPart& part : after.parts)
         has_moved.push_back(std::memcmp(&before.positions[part.first_vertex],
                                         &after.positions[part.first_vertex],
                                         part.vertex_count * sizeof(glm::vec3)) != 0);
-    const std::vector<lightmesh::Bounds> boxes_before = boxes_of_parts(before);
-    const std::vector<lightmesh::Bounds> boxes_after = boxes_of_parts(after);
+    const std::vector<Bounds> boxes_before = boxes_of_parts(before);
+    const std::vector<Bounds> boxes_after = boxes_of_parts(after);
     for (std::size_t i = 0; i < after.instances.size(); ++i) {
         const Instance& was = before.instances[i];
         const Instance& is = after.instances[i];
@@ -159,11 +130,11 @@ void add_moved_instances(std::vector<lightmesh::Bounds>& moved, const Scene& bef
 glm::dvec3 areas_of(const glm::dvec3& size) {
     return {size.y * size.z, size.z * size.x, size.x * size.y};
 }
-glm::dvec3 areas_of(const lightmesh::Bounds& box) {
+glm::dvec3 areas_of(const Bounds& box) {
     return areas_of(glm::dvec3(box.high) - glm::dvec3(box.low));
 }
 /// What both of two boxes hide.
-glm::dvec3 common_areas(const lightmesh::Bounds& a, const lightmesh::Bounds& b) {
+glm::dvec3 common_areas(const Bounds& a, const Bounds& b) {
     const glm::dvec3 size = glm::dvec3(glm::min(a.high, b.high)) - glm::dvec3(glm::max(a.low, b.low));
     return areas_of(glm::max(size, glm::dvec3(0.0)));
 }
@@ -171,17 +142,17 @@ double sum(const glm::dvec3& areas) {
     return areas.x + areas.y + areas.z;
 }
 
-glm::vec3 doubled_centre(const lightmesh::Bounds& box) {
+glm::vec3 doubled_centre(const Bounds& box) {
     return box.low + box.high;
 }
 
 /// Boxes with a box around them all.
 struct Group {
-    std::span<lightmesh::Bounds> boxes;
-    lightmesh::Bounds around;
+    std::span<Bounds> boxes;
+    Bounds around;
 
-    explicit Group(std::span<lightmesh::Bounds> all) : boxes(all), around(all[0]) {
-        for (const lightmesh::Bounds& box : boxes)
+    explicit Group(std::span<Bounds> all) : boxes(all), around(all[0]) {
+        for (const Bounds& box : boxes)
             around = common(around, box);
     }
 
@@ -194,10 +165,10 @@ struct Group {
         double least = std::numeric_limits<double>::infinity();
         for (int along = 0; along < 3; ++along) {
             sort(along);
-            std::vector<lightmesh::Bounds> behind(boxes.begin(), boxes.end());
+            std::vector<Bounds> behind(boxes.begin(), boxes.end());
             for (std::size_t i = boxes.size() - 1; i-- > 0;)
                 behind[i] = common(behind[i], behind[i + 1]);
-            lightmesh::Bounds box = boxes[0];
+            Bounds box = boxes[0];
             for (std::size_t i = 1; i < boxes.size(); ++i) {
                 box = common(box, boxes[i - 1]);
                 const double area = sum(areas_of(box) + areas_of(behind[i]) - common_areas(box, behind[i]));
@@ -214,8 +185,8 @@ struct Group {
 
 private:
     void sort(int along) const {
-        std::ranges::stable_sort(
-            boxes, {}, [along](const lightmesh::Bounds& box) { return doubled_centre(box)[along]; });
+        std::ranges::stable_sort(boxes, {},
+                                 [along](const Bounds& box) { return doubled_centre(box)[along]; });
     }
 };
 
@@ -228,7 +199,7 @@ struct Node {
 
 /// Adds boxes around a group: those of its two parts, if they hide clearly less than one. Returns what they
 /// hide.
-glm::dvec3 add_boxes(std::span<const Node> nodes, std::size_t number, std::vector<lightmesh::Bounds>& boxes) {
+glm::dvec3 add_boxes(std::span<const Node> nodes, std::size_t number, std::vector<Bounds>& boxes) {
     constexpr double worth_more_boxes = 0.75;
     const Node& node = nodes[number];
     const glm::dvec3 whole = areas_of(node.group.around);
@@ -236,8 +207,8 @@ glm::dvec3 add_boxes(std::span<const Node> nodes, std::size_t number, std::vecto
         const std::size_t before = boxes.size();
         const glm::dvec3 first = add_boxes(nodes, node.first, boxes);
         const glm::dvec3 second = add_boxes(nodes, node.second, boxes);
-        const lightmesh::Bounds& one = nodes[node.first].group.around;
-        const lightmesh::Bounds& other = nodes[node.second].group.around;
+        const Bounds& one = nodes[node.first].group.around;
+        const Bounds& other = nodes[node.second].group.around;
         // As if what they hide were spread evenly.
         glm::dvec3 both = common_areas(one, other);
         for (int axis = 0; axis < 3; ++axis)
@@ -271,7 +242,7 @@ SceneChange difference(const Scene& before, const Scene& after) {
             triangles.push_back(corners_of(before, triangle));
             triangles.push_back(corners_of(after, triangle));
         }
-    std::vector<lightmesh::Bounds> moved;
+    std::vector<Bounds> moved;
     const Cuts cuts = cuts_of(triangles);
     for (const std::array<glm::vec3, 3>& corners : triangles)
         add_pieces(moved, corners, cuts);
@@ -280,8 +251,8 @@ SceneChange difference(const Scene& before, const Scene& after) {
     return change;
 }
 
-std::vector<lightmesh::Bounds> few_boxes(std::vector<lightmesh::Bounds>& boxes) {
-    std::vector<lightmesh::Bounds> result;
+std::vector<Bounds> few_boxes(std::vector<Bounds>& boxes) {
+    std::vector<Bounds> result;
     if (boxes.empty())
         return result;
     std::vector<Node> nodes{{Group(boxes)}};

@@ -20,13 +20,14 @@ constexpr std::size_t run_length = 64;
 /// The points of one query, which follow each other in the picture, and a random number to choose them by.
 struct Tile {
     std::uint32_t seed;
-    std::vector<glm::vec3> positions;
-    std::vector<glm::vec3> normals;
-    std::vector<float> footprints;
+    std::vector<lightmesh::SurfacePoint> points;
 
     /// Of the run that is a sample.
-    std::size_t run_size() const { return (std::min)(positions.size(), run_length); }
-    std::size_t run_start() const { return seed % (positions.size() - run_size() + 1); }
+    std::size_t run_size() const { return (std::min)(points.size(), run_length); }
+    std::size_t run_start() const { return seed % (points.size() - run_size() + 1); }
+    std::span<const lightmesh::SurfacePoint> run() const {
+        return std::span(points).subspan(run_start(), run_size());
+    }
 };
 
 /// Lets everything be lit, and keeps all points.
@@ -34,12 +35,9 @@ class Recorder final : public Visibility {
 public:
     void find(const SurfacePoints& points, std::span<float> lit, VisibilityCost&) const override {
         std::ranges::fill(lit, 1.0f);
-        if (points.positions.empty())
+        if (points.points.empty())
             return;
-        Tile tile{points.seeds.front(),
-                  {points.positions.begin(), points.positions.end()},
-                  {points.normals.begin(), points.normals.end()},
-                  {points.footprints.begin(), points.footprints.end()}};
+        Tile tile{points.seeds.front(), {points.points.begin(), points.points.end()}};
         const std::lock_guard lock(mutex_);
         tiles_.push_back(std::move(tile));
     }
@@ -48,9 +46,12 @@ public:
 
     /// Full runs before shorter ones, and random ones before others: in an order that no thread had a say in.
     std::vector<Tile> take_sorted() {
-        std::ranges::sort(tiles_, [](const Tile& a, const Tile& b) {
-            return std::tuple(b.run_size(), a.seed, a.positions.front().x, a.positions.front().y) <
-                   std::tuple(a.run_size(), b.seed, b.positions.front().x, b.positions.front().y);
+        const auto place = [](const Tile& tile) {
+            return tile.points.front().position;
+        };
+        std::ranges::sort(tiles_, [&](const Tile& a, const Tile& b) {
+            return std::tuple(b.run_size(), a.seed, place(a).x, place(a).y) <
+                   std::tuple(a.run_size(), b.seed, place(b).x, place(b).y);
         });
         return std::move(tiles_);
     }
@@ -60,12 +61,19 @@ private:
     mutable std::vector<Tile> tiles_;
 };
 
-/// Adds `size` values from the `first` on.
-template <class Value>
-void append(const std::vector<Value>& from, std::size_t first, std::size_t size, std::vector<Value>& to) {
-    const auto start = from.begin() + static_cast<std::ptrdiff_t>(first);
-    to.insert(to.end(), start, start + static_cast<std::ptrdiff_t>(size));
-}
+struct Columns {
+    std::vector<glm::vec3>& positions;
+    std::vector<glm::vec3>& normals;
+    std::vector<float>& footprints;
+
+    void append(std::span<const lightmesh::SurfacePoint> points) const {
+        for (const lightmesh::SurfacePoint& point : points) {
+            positions.push_back(point.position);
+            normals.push_back(point.normal);
+            footprints.push_back(point.footprint);
+        }
+    }
+};
 
 }  // namespace
 
@@ -77,16 +85,12 @@ ShadingPoints sample_shading_points(const EmbreeScene& scene, const RenderOption
     if (!statistics.finished)
         throw std::runtime_error("interrupted");
     ShadingPoints samples;
+    const Columns all{samples.all_positions, samples.all_normals, samples.all_footprints};
+    const Columns some{samples.positions, samples.normals, samples.footprints};
     for (const Tile& tile : recorder.take_sorted()) {
-        const std::size_t all = tile.positions.size();
-        append(tile.positions, 0, all, samples.all_positions);
-        append(tile.normals, 0, all, samples.all_normals);
-        append(tile.footprints, 0, all, samples.all_footprints);
-        if (samples.positions.size() >= count)
-            continue;
-        append(tile.positions, tile.run_start(), tile.run_size(), samples.positions);
-        append(tile.normals, tile.run_start(), tile.run_size(), samples.normals);
-        append(tile.footprints, tile.run_start(), tile.run_size(), samples.footprints);
+        all.append(tile.points);
+        if (samples.positions.size() < count)
+            some.append(tile.run());
     }
     if (samples.positions.empty())
         throw std::runtime_error("the camera sees no surface of the scene");

@@ -68,17 +68,15 @@ GroupedVisibility::GroupedVisibility(const EmbreeScene& scene, std::size_t light
 
 void GroupedVisibility::find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const {
     std::ranges::fill(lit, 1.0f);
-    std::vector<float> footprints(points.footprints.begin(), points.footprints.end());
-    for (float& footprint : footprints)
-        footprint *= footprint_share_;
-    SurfacePoints of_samples = points;
-    of_samples.footprints = footprints;
+    std::vector<lightmesh::SurfacePoint> of_samples(points.points.begin(), points.points.end());
+    for (lightmesh::SurfacePoint& point : of_samples)
+        point.footprint *= footprint_share_;
     std::vector<float> part;
     for (const Made& made : groups_) {
         const std::vector<std::size_t>& numbers = *made.group.options.lights;
-        part.resize(points.positions.size() * numbers.size());
-        made.visibility->find(of_samples, part, cost);
-        for (std::size_t i = 0; i < points.positions.size(); ++i)
+        part.resize(points.points.size() * numbers.size());
+        made.visibility->find({of_samples, points.seeds}, part, cost);
+        for (std::size_t i = 0; i < points.points.size(); ++i)
             for (std::size_t k = 0; k < numbers.size(); ++k)
                 if (numbers[k] != no_light)
                     lit[i * light_count_ + numbers[k]] = part[i * numbers.size() + k];

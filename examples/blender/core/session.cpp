@@ -82,14 +82,22 @@ void give_surfaces(Scene& scene, std::vector<PlacedPiece>& pieces, const std::ve
     }
 }
 
-/// Some of the vectors that lie at `values`; none if that is null.
-std::vector<glm::vec3> vectors(const float* values, std::size_t first, std::size_t count) {
-    std::vector<glm::vec3> some;
+/// The vector of a number among those that lie at `values`; zero if that is null.
+glm::vec3 vector_at(const float* values, std::size_t number) {
     if (values == nullptr)
-        return some;
-    some.reserve(count);
-    for (const float* v = values + 3 * first; some.size() < count; v += 3)
-        some.emplace_back(v[0], v[1], v[2]);
+        return glm::vec3(0.0f);
+    const float* at = values + 3 * number;
+    return {at[0], at[1], at[2]};
+}
+
+std::vector<lightmesh::SurfacePoint> surface_points(const LmPoints& points, std::size_t first,
+                                                    std::size_t count) {
+    std::vector<lightmesh::SurfacePoint> some(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        some[i].position = vector_at(points.positions, first + i);
+        some[i].normal = vector_at(points.normals, first + i);
+        some[i].shading_normal = vector_at(points.shading_normals, first + i);
+    }
     return some;
 }
 
@@ -538,21 +546,20 @@ void Session::bake(const LmPoints& points, std::span<float> visible, std::span<f
     const auto bake_chunk = [&](std::size_t number) {
         const std::size_t first = number * chunk;
         const std::size_t count = (std::min)(chunk, all - first);
-        const std::vector<glm::vec3> places = vectors(points.positions, first, count);
-        const std::vector<glm::vec3> normals = vectors(points.normals, first, count);
-        const std::vector<glm::vec3> smooth = vectors(points.shading_normals, first, count);
+        const std::vector<lightmesh::SurfacePoint> places = surface_points(points, first, count);
         std::vector<std::uint32_t> seeds(count);
         std::iota(seeds.begin(), seeds.end(), static_cast<std::uint32_t>(first));
         std::vector<float> lit(count * lights);
         VisibilityCost cost;
-        visibility_->find({places, normals, seeds, smooth}, lit, cost);
+        visibility_->find({places, seeds}, lit, cost);
         if (!visible.empty())
             std::ranges::copy(lit, visible.begin() + static_cast<std::ptrdiff_t>(first * lights));
         for (std::size_t i = 0; i < (colours.empty() ? 0 : count); ++i) {
-            const glm::vec3& normal = smooth.empty() ? normals[i] : smooth[i];
+            const glm::vec3& normal =
+                points.shading_normals == nullptr ? places[i].normal : places[i].shading_normal;
             glm::vec3 sum(0.0f);
             for (std::size_t l = 0; l < lights; ++l) {
-                const Illumination light = illuminate(scene_.lights[l], places[i]);
+                const Illumination light = illuminate(scene_.lights[l], places[i].position);
                 sum += lit[i * lights + l] * (std::max)(glm::dot(normal, light.to_light), 0.0f) *
                        light.irradiance;
             }

@@ -2,8 +2,9 @@
 #include "blender/core/triangle_change.hpp"
 
 #include "blender/core/light_mesh_core.h"
+#include "scene/boxes.hpp"
+#include "scene/same_bits.hpp"
 
-#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <tbb/parallel_for.h>
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <iterator>
 #include <utility>
 
@@ -41,14 +41,6 @@ void drop_common(std::vector<Keyed>& a, std::vector<Keyed>& b) {
     std::ranges::sort(only_b, {}, &Keyed::number);
     a = std::move(only_a);
     b = std::move(only_b);
-}
-
-lightmesh::Bounds around(const Scene& scene, const Triangle& triangle) {
-    const glm::vec3& first = scene.positions[triangle.vertex[0]];
-    lightmesh::Bounds box{first, first};
-    for (const std::uint32_t vertex : triangle.vertex)
-        box = {glm::min(box.low, scene.positions[vertex]), glm::max(box.high, scene.positions[vertex])};
-    return box;
 }
 
 /// A state with what passes its materials.
@@ -95,7 +87,7 @@ public:
     }
 
     /// Some for each piece that triangles are of: those that lie beside each other in it have one together.
-    void add_boxes(const std::vector<Keyed>& triangles, std::vector<lightmesh::Bounds>& boxes) const {
+    void add_boxes(const std::vector<Keyed>& triangles, std::vector<Bounds>& boxes) const {
         constexpr std::size_t most = 4096;
         const std::size_t together = triangles.size() / most + 1;
         std::vector<std::uint32_t> ends;  // of pieces, ascending
@@ -105,20 +97,19 @@ public:
         std::size_t in_box = together;
         std::uint32_t end = 0;
         for (const Keyed& triangle : triangles) {
-            const lightmesh::Bounds box = around(scene_, scene_.triangles[triangle.number]);
+            const Bounds box = around(corners_of(scene_, scene_.triangles[triangle.number]));
             if (in_box == together || triangle.number >= end) {
                 end = *std::ranges::upper_bound(ends, triangle.number);
                 boxes.push_back(box);
                 in_box = 0;
             }
-            boxes.back() = {glm::min(boxes.back().low, box.low), glm::max(boxes.back().high, box.high)};
+            boxes.back() = common(boxes.back(), box);
             ++in_box;
         }
     }
 
-    void add_instance_boxes(const std::vector<Keyed>& instances,
-                            std::vector<lightmesh::Bounds>& boxes) const {
-        const std::vector<lightmesh::Bounds> of_parts = boxes_of_parts(scene_);
+    void add_instance_boxes(const std::vector<Keyed>& instances, std::vector<Bounds>& boxes) const {
+        const std::vector<Bounds> of_parts = boxes_of_parts(scene_);
         for (const Keyed& instance : instances)
             boxes.push_back(
                 placed(scene_.instances[instance.number], of_parts[scene_.instances[instance.number].part]));
@@ -137,9 +128,7 @@ public:
 private:
     std::uint64_t key_of(std::uint32_t number) const {
         const Triangle& triangle = scene_.triangles[number];
-        std::array<glm::vec3, 3> corners;
-        for (std::size_t k = 0; k < 3; ++k)
-            corners[k] = scene_.positions[triangle.vertex[k]];
+        const std::array<glm::vec3, 3> corners = corners_of(scene_, triangle);
         const std::size_t passing = passing_at(number);
         std::uint64_t key = lm_hash(passing, corners.data(), sizeof corners);
         if (passing > 0 && !scene_.surfaces.empty())
@@ -166,12 +155,6 @@ private:
     const std::vector<std::size_t>& passing_;
     const std::vector<bool>& has_texture_;
 };
-
-template <class Value>
-bool same_bits(const std::vector<Value>& a, const std::vector<Value>& b) {
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Value)) == 0);
-}
 
 /// Whether a BVH of the one scene needs no more than other places to be one of the other.
 bool same_but_for_places(const Side& before, const Side& after) {
@@ -214,7 +197,7 @@ SceneChange triangle_change(const SceneState& before, const SceneState& after, c
     std::vector<Keyed> instances_gone = was.instances_of(gone);
     std::vector<Keyed> instances_come = is.instances_of(come);
     drop_common(instances_gone, instances_come);
-    std::vector<lightmesh::Bounds> boxes;
+    std::vector<Bounds> boxes;
     was.add_boxes(triangles_gone, boxes);
     is.add_boxes(triangles_come, boxes);
     was.add_instance_boxes(instances_gone, boxes);
