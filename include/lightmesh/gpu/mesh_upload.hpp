@@ -253,7 +253,7 @@ private:
         return {coord.x >> 2, coord.y >> 2, coord.z >> 2, coord.w};
     }
 
-    static std::size_t place_in_region(const glm::ivec4& coord) {
+    static std::size_t slot_in_region(const glm::ivec4& coord) {
         return static_cast<std::size_t>((coord.x & 3) + 4 * (coord.y & 3) + 16 * (coord.z & 3));
     }
 
@@ -300,7 +300,7 @@ private:
             regions_.push_back(region_of(coord));
             insert(region_of(coord), number);
         }
-        return first_region() + region_words * number + place_in_region(coord);
+        return first_region() + region_words * number + slot_in_region(coord);
     }
 
     // ---- bricks

@@ -45,9 +45,12 @@ inline glm::ivec3 coord_of(int bit) {
     return {2 * (cell % 2) + bit % 2, 2 * (cell / 2 % 2) + bit / 2 % 2, 2 * (cell / 4) + bit / 4 % 2};
 }
 
-/// The brick that holds a light point, by its position in the grid.
+/// The brick that holds a light point, by its position in the grid, along one axis and along all.
+inline int brick_of(int coordinate) {
+    return coordinate >> 2;
+}
 inline glm::ivec3 brick_of(const glm::ivec3& grid_pos) {
-    return {grid_pos.x >> 2, grid_pos.y >> 2, grid_pos.z >> 2};
+    return {brick_of(grid_pos.x), brick_of(grid_pos.y), brick_of(grid_pos.z)};
 }
 /// The number of a light point within its brick, by its position in the grid.
 inline int bit_in_brick(const glm::ivec3& grid_pos) {

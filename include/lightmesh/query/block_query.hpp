@@ -285,10 +285,10 @@ private:
 
     void divide(QueryPoint& point, std::size_t tile, const Tally& tally, std::uint64_t lit) {
         alignas(64) std::array<float, lights_per_tile> values;
-        float* const place = rows_.whole_tile_of(point, tile);
+        float* const whole = rows_.whole_tile_of(point, tile);
         point.lights_agree &= kernels_.divide(tally.counts(), point.neighbours.point_count(), lit,
-                                              place != nullptr ? place : values.data());
-        if (place == nullptr && !awaits_rays(point))
+                                              whole != nullptr ? whole : values.data());
+        if (whole == nullptr && !awaits_rays(point))
             rows_.give(point, tile, values.data());
     }
 

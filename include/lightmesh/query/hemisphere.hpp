@@ -62,8 +62,8 @@ struct Hemisphere {
             static_cast<std::int32_t>((std::min)(normal_one * (2.0 + one * rounding), 2147483647.0));
         for (int axis = 0; axis < 3; ++axis) {
             const double at = grid_pos[axis];
-            first_brick[axis] = floor_to_int(at - quality) >> 2;
-            bricks[axis] = (floor_to_int(at + quality) >> 2) - first_brick[axis] + 1;
+            first_brick[axis] = brick_of(floor_to_int(at - quality));
+            bricks[axis] = brick_of(floor_to_int(at + quality)) - first_brick[axis] + 1;
             const double from_first = at - static_cast<double>(first_brick[axis] * brick_side);
             position[axis] = floor_to_int(from_first * one + 0.5);
             slope[axis] = floor_to_int(static_cast<double>(unit_normal[axis]) * normal_one + 0.5);
