@@ -11,10 +11,13 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LIGHTMESH_BUILD_DIR:-$root/build}/benchmarks-blender
 
 "$root/cmake/setup-debian.sh" blender
+if command -v ninja >/dev/null; then
+    export CMAKE_GENERATOR=Ninja
+fi
 is_new=$([ -d "$build" ] || echo yes)
 start=$SECONDS
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_BUILD_TESTS=OFF \
-    -DLIGHTMESH_BUILD_BENCHMARKS=OFF
+    -DLIGHTMESH_BUILD_BENCHMARKS=OFF -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=6
 cmake --build "$build" --parallel "$(nproc)" --target lightmesh-blender
 building=$((SECONDS - start))
 

@@ -3,16 +3,14 @@
 # How this project's own programs are compiled; nothing of it reaches users of the library.
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+# Libraries are compiled beside each other, whichever is linked to which.
+set(CMAKE_OPTIMIZE_DEPENDENCIES ON)
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
     set(CMAKE_BUILD_TYPE Release CACHE STRING "Debug, Release, RelWithDebInfo or MinSizeRel" FORCE)
 endif()
 
 add_library(lightmesh_warnings INTERFACE)
-target_compile_options(lightmesh_warnings INTERFACE -Wall -Wextra -Wpedantic)
-# Where many files are compiled as one, names of one may shadow those of another.
-if(NOT CMAKE_UNITY_BUILD)
-    target_compile_options(lightmesh_warnings INTERFACE -Wshadow)
-endif()
+target_compile_options(lightmesh_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     # False reports inside std::string: https://gcc.gnu.org/bugzilla/show_bug.cgi?id=105651
     target_compile_options(lightmesh_warnings INTERFACE -Wno-restrict)

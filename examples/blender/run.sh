@@ -15,7 +15,12 @@ shown=$build/shown
 zip=$build/examples/blender/light_mesh.zip
 
 "$root/cmake/setup-debian.sh" blender
-cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_BUILD_TESTS=OFF -DLIGHTMESH_BUILD_BENCHMARKS=OFF
+if command -v ninja >/dev/null; then
+    export CMAKE_GENERATOR=Ninja
+fi
+# Several files as one, in two parts of the renderer: the least time on two processors.
+cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_BUILD_TESTS=OFF -DLIGHTMESH_BUILD_BENCHMARKS=OFF \
+    -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=6
 cmake --build "$build" --parallel "$(nproc)" --target lightmesh-blender
 
 # A clean profile: the user's own is left as it is.

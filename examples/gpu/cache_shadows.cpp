@@ -34,6 +34,8 @@ using lightmesh::SurfacePoint;
 /// fill.
 constexpr int enough_fills = 8;
 
+}  // namespace
+
 /// A cache whose records the host finds, and shaders the rays to lamps.
 class LampCache {
 public:
@@ -74,8 +76,6 @@ private:
 
 /// The cache that shaders have a copy of.
 using HostCache = std::variant<LampCache, HostVisibility>;
-
-}  // namespace
 
 struct CacheShadows::Parts {
     Parts(const ComputeDevice& on, const std::string& algorithm, const EmbreeScene& scene,

@@ -27,6 +27,13 @@ namespace {
 /// Points that shaders can ask for at once.
 constexpr std::size_t request_capacity = std::size_t{1} << 16;
 
+/// Whether an algorithm's long tests are rays.
+bool is_by_rays(const std::string& algorithm) {
+    return algorithm.find('+') == std::string::npos;
+}
+
+}  // namespace
+
 /// A mesh whose links the host finds, and shaders the long rays.
 class MeshByRays {
 public:
@@ -66,13 +73,6 @@ private:
 /// lights in the order of a new mesh, and know them by whole groups. Where the mesh knew more, it would find
 /// nothing to fill for a point that lacks something in a shader.
 using HostMesh = std::variant<MeshByRays, HostVisibility>;
-
-/// Whether an algorithm's long tests are rays.
-bool is_by_rays(const std::string& algorithm) {
-    return algorithm.find('+') == std::string::npos;
-}
-
-}  // namespace
 
 struct MeshShadows::Parts {
     Parts(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/lamps.hpp"
 
-#include "render/run.hpp"
+#include "render/text_table.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,6 @@
 
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -114,12 +113,6 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
                       });
     add_other_ranks(made, ranks);
     return made;
-}
-
-std::string number(float value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(value));
-    return text;
 }
 
 std::string report(const Run& run, const EmbreeScene& scene) {

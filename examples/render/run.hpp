@@ -51,9 +51,6 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
 Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
         const RenderOptions& options, Ranks& ranks);
 
-/// With four digits, as short as can be.
-std::string number(float value);
-
 /// The cost of a run, line by line.
 std::string report(const Run& run, const EmbreeScene& scene);
 

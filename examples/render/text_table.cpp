@@ -61,6 +61,12 @@ std::string exactly(double number) {
     return text;
 }
 
+std::string number(float value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(value));
+    return text;
+}
+
 std::string bytes_text(std::size_t bytes) {
     return fixed(static_cast<double>(bytes) / 1e6, 1) + " MB";
 }

@@ -26,6 +26,8 @@ std::string grouped(unsigned long long number);
 std::string fixed(double number, int digits);
 /// With as many digits as tell floats apart.
 std::string exactly(double number);
+/// With four digits, as short as can be.
+std::string number(float value);
 /// "1.5 MB"
 std::string bytes_text(std::size_t bytes);
 

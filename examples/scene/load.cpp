@@ -2,7 +2,6 @@
 #include "animation.hpp"
 #include "scene.hpp"
 
-#include <iterator>
 #include <stdexcept>
 
 namespace demo {
@@ -39,15 +38,6 @@ AnimatedScene load_animated(const std::string& name_or_file, const ImportOptions
         throw std::runtime_error("street stands still; there are films of park, rooms and spheres, and of "
                                  "glTF files with an animation");
     return import_animated(name_or_file, options);
-}
-
-std::vector<std::uint32_t> indices_of(const Scene& scene) {
-    require_no_instances(scene, "a list of triangles");
-    std::vector<std::uint32_t> indices;
-    indices.reserve(3 * scene.triangles.size());
-    for (const Triangle& triangle : scene.triangles)
-        indices.insert(indices.end(), std::begin(triangle.vertex), std::end(triangle.vertex));
-    return indices;
 }
 
 }  // namespace demo
