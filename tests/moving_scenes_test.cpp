@@ -305,6 +305,106 @@ TEST_CASE("moving scenes: after any moves a cache of a mesh's blur says what a n
         });
 }
 
+TEST_CASE("moving scenes: maps and volumes that do not show what has moved are kept, and all are counted") {
+    struct Still {
+        test::BoxScene boxes;
+        std::vector<std::array<glm::vec3, 3>> corners;
+        std::vector<test::Triangle> triangles;
+
+        void build() {
+            triangles.clear();
+            for (const Bounds& box : boxes.boxes)
+                test::add_box(triangles, Vec(box.low), Vec(box.high));
+            corners.clear();
+            for (const test::Triangle& t : triangles)
+                corners.push_back({glm::vec3(t.a), glm::vec3(t.b), glm::vec3(t.c)});
+        }
+    };
+    struct StillTriangles {
+        const Still* of;
+        std::size_t triangle_count() const { return of->corners.size(); }
+        std::array<glm::vec3, 3> triangle(std::size_t i) const { return of->corners[i]; }
+    };
+    // Around a lamp a box in each direction, and one more light to which all of them lie on one side.
+    Still still;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const float side : {-2.0f, 2.0f}) {
+            glm::vec3 centre(0.0f);
+            centre[axis] = side;
+            still.boxes.boxes.push_back({centre - 0.4f, centre + 0.4f});
+        }
+    still.build();
+    std::vector<lightmesh::Light> lights{lightmesh::PointLight{.position{0.05f, 0.03f, 0.01f}},
+                                         lightmesh::PointLight{.position{20.0f, 0.5f, 0.3f}}};
+    lightmesh::Settings settings{.radius = 0.9f, .quality = 3.0f, .short_test = lightmesh::ShortTest::none};
+    settings.shadow_map_size = 64;
+    const auto make_maps = [&] {
+        return lightmesh::LightMesh{test::PlainTracer{&still.triangles}, test::BoxRenderer{&still.boxes},
+                                    lights, settings};
+    };
+    const auto make_volumes = [&] {
+        return lightmesh::LightMesh{test::PlainTracer{&still.triangles}, StillTriangles{&still}, lights,
+                                    settings};
+    };
+    std::vector<lightmesh::SurfacePoint> points;
+    test::Random random(2);
+    for (int i = 0; i < 60; ++i)
+        points.push_back({.position = glm::vec3(random.in_box(Vec(-3.5), Vec(3.5))), .normal{0, 0, 1}});
+    auto maps = make_maps();
+    auto volumes = make_volumes();
+    const auto check_same = [&] {
+        const auto new_maps = make_maps();
+        const auto new_volumes = make_volumes();
+        std::size_t differing = 0;
+        for (const lightmesh::SurfacePoint& point : points) {
+            differing += ask(maps, point) != ask(new_maps, point) ? 1u : 0u;
+            differing += ask(volumes, point) != ask(new_volumes, point) ? 1u : 0u;
+        }
+        CHECK(differing == 0);
+    };
+    check_same();
+    CHECK(maps.statistics().depth_pictures == 7);
+    CHECK(volumes.statistics().volume_grids == 7);
+    CHECK(volumes.statistics().forgotten_grids == 0);
+
+    // A box moves in one direction of the first lamp: both have a view of it.
+    const auto move = [&](glm::vec3 by) {
+        Bounds& box = still.boxes.boxes[1];
+        const Bounds before = box;
+        box = {box.low + by, box.high + by};
+        still.build();
+        const std::array changed{before, box};
+        maps.scene_changed(changed);
+        volumes.scene_changed(changed);
+    };
+    move({0.3f, 0.1f, 0.2f});
+    CHECK(maps.statistics().forgotten_pictures == 2);
+    CHECK(volumes.statistics().forgotten_grids == 2);
+    check_same();
+    CHECK(maps.statistics().depth_pictures == 9);
+    CHECK(volumes.statistics().volume_grids == 9);
+    // Beyond the middle of two directions.
+    move({0.2f, 1.9f, 0.0f});
+    CHECK(maps.statistics().forgotten_pictures == 5);
+    CHECK(volumes.statistics().forgotten_grids == 5);
+    check_same();
+    // A lamp that moves takes its views along.
+    lights[0] = lightmesh::PointLight{.position{0.0f, 0.1f, 0.0f}};
+    maps.set_light(0, lights[0]);
+    volumes.set_light(0, lights[0]);
+    CHECK(maps.statistics().forgotten_pictures == 11);
+    CHECK(volumes.statistics().forgotten_grids == 11);
+    check_same();
+    // A box more: the numbers of triangles mean nothing any more.
+    still.boxes.boxes.push_back({{-3.0f, -3.0f, -3.0f}, {-2.9f, -2.9f, -2.9f}});
+    still.build();
+    maps.scene_changed(still.boxes.boxes.back());
+    volumes.scene_changed(still.boxes.boxes.back());
+    CHECK(maps.statistics().forgotten_pictures < 18);
+    CHECK(volumes.statistics().forgotten_grids == 18);
+    check_same();
+}
+
 namespace {
 
 constexpr lightmesh::PointLight elsewhere{.position{1.5f, -2.5f, 3.0f}, .radius = 0.2f};

@@ -19,9 +19,13 @@ struct MeshStatistics {
     std::uint64_t listed_rays = 0;             ///< rays of the caller's own tracer spent on them
     std::uint64_t link_rays = 0;               ///< rays of the Intersector between neighbouring light points
     std::uint64_t listed_link_rays = 0;        ///< the same of the caller's own tracer
+    std::uint64_t depth_pictures = 0;          ///< views that the DepthRenderer has rendered
+    std::uint64_t volume_grids = 0;            ///< grids of shadow volumes made, each of a view of a light
     std::uint64_t forgotten_visibilities = 0;  ///< V(L, x) that updates have forgotten
     std::uint64_t forgotten_links = 0;         ///< between neighbouring light points, the same
     std::uint64_t forgotten_floods = 0;        ///< what light points see over links, the same
+    std::uint64_t forgotten_pictures = 0;      ///< of the views that were rendered, the same
+    std::uint64_t forgotten_grids = 0;         ///< of the grids that were made, the same
     std::uint64_t evicted_bricks = 0;          ///< that `begin_frame` has forgotten for `memory_budget`
     std::size_t bytes = 0;                     ///< all memory of the mesh but its adapters
     /// The same for each level: the one of radius 2^k r at [k]; 0 where there is none.

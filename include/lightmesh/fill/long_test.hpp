@@ -9,6 +9,7 @@
 #include <lightmesh/mesh/light_table.hpp>
 #include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/mesh/snapshot_format.hpp>
+#include <lightmesh/statistics.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -68,6 +69,8 @@ public:
     }
 
     std::size_t bytes() const { return 0; }
+    /// Adds what was made to see lights by, and what of it updates have forgotten.
+    void count(MeshStatistics&) const {}
 
     /// Gets ready for a light to be replaced, or added behind all others. Throws what the constructor throws
     /// for it; nothing has changed then.

@@ -10,6 +10,7 @@
 #include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadows/shadow_map.hpp>
+#include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
 
 #include <glm/vec3.hpp>
@@ -77,7 +78,19 @@ public:
     }
 
     /// As `RayLongTests`.
-    void set_light(std::size_t i, const Light& light) { maps_[i] = map_of(i, light); }
+    void count(MeshStatistics& sum) const {
+        sum.forgotten_pictures += forgotten_;
+        sum.depth_pictures += forgotten_;
+        for (const auto& map : maps_)
+            sum.depth_pictures += map->rendered();
+    }
+
+    /// As `RayLongTests`.
+    void set_light(std::size_t i, const Light& light) {
+        auto map = map_of(i, light);
+        forgotten_ += maps_[i]->rendered();
+        maps_[i] = std::move(map);
+    }
     void add_light(const Light& light) { maps_.push_back(map_of(maps_.size(), light)); }
     void remove_last() { maps_.pop_back(); }
 
@@ -107,10 +120,12 @@ public:
     /// Pictures that may show a box are rendered anew when they are needed.
     void commit(Change&& change, std::span<const Bounds> boxes) {
         for (std::size_t i = 0; i < maps_.size(); ++i) {
+            const std::size_t before = maps_[i]->rendered();
             if (change.is_new[i])
                 maps_[i] = std::move(change.maps[i]);
             else
                 maps_[i]->forget(boxes);
+            forgotten_ += before - maps_[i]->rendered();
         }
     }
 
@@ -126,6 +141,7 @@ private:
     Settings settings_;
     float step_;
     std::vector<std::unique_ptr<ShadowMap<Renderer>>> maps_;
+    std::uint64_t forgotten_ = 0;  // pictures
 };
 
 template <DepthRenderer Source>

@@ -123,6 +123,7 @@ public:
         sum.forgotten_links = forgotten_.links;
         sum.forgotten_floods = forgotten_.floods;
         sum.evicted_bricks = evicted_bricks_;
+        adapters_->long_tests.count(sum);
         sum.bytes += finest_.data().light_bytes() + adapters_->long_tests.bytes() + sizeof *this +
                      sizeof *adapters_ - sizeof finest_;
         return sum;

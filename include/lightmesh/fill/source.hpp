@@ -7,6 +7,7 @@
 #include <lightmesh/fill/long_test.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/scene_change.hpp>
+#include <lightmesh/statistics.hpp>
 
 #include <glm/vec3.hpp>
 
@@ -66,6 +67,7 @@ struct NoLongTests {
         return 0;
     }
     std::size_t bytes() const { return 0; }
+    void count(MeshStatistics&) const {}
     void set_light(std::size_t, const Light&) {}
     void add_light(const Light&) {}
     void remove_last() {}

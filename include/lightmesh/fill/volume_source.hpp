@@ -11,6 +11,7 @@
 #include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/shadows/shadow_volume.hpp>
+#include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
 
 #include <glm/vec3.hpp>
@@ -53,7 +54,19 @@ public:
     }
 
     /// As `RayLongTests`.
-    void set_light(std::size_t i, const Light& light) { volumes_[i] = volumes_of(triangles_, i, light); }
+    void count(MeshStatistics& sum) const {
+        sum.forgotten_grids += forgotten_;
+        sum.volume_grids += forgotten_;
+        for (const ShadowVolumes& volumes : volumes_)
+            sum.volume_grids += volumes.made();
+    }
+
+    /// As `RayLongTests`.
+    void set_light(std::size_t i, const Light& light) {
+        ShadowVolumes volumes = volumes_of(triangles_, i, light);
+        forgotten_ += volumes_[i].made();
+        volumes_[i] = std::move(volumes);
+    }
     void add_light(const Light& light) { volumes_.push_back(volumes_of(triangles_, volumes_.size(), light)); }
     void remove_last() { volumes_.pop_back(); }
 
@@ -65,11 +78,16 @@ public:
     struct Change {
         std::vector<bool> is_new;
         std::shared_ptr<const OccluderTriangles> triangles;
+        std::vector<std::uint32_t> changed;  ///< triangles that are others, where there are as many
         std::vector<ShadowVolumes> volumes;
     };
     Change prepare_change(std::span<const Light> lights) const {
         Change change{
-            std::vector<bool>(lights.size()), std::make_shared<const OccluderTriangles>(source_), {}};
+            std::vector<bool>(lights.size()), std::make_shared<const OccluderTriangles>(source_), {}, {}};
+        if (change.triangles->size() == triangles_->size())
+            for (std::size_t i = 0; i < triangles_->size(); ++i)
+                if ((*change.triangles)[i] != (*triangles_)[i])
+                    change.changed.push_back(static_cast<std::uint32_t>(i));
         change.volumes = volumes_of(change.triangles, lights);
         // Where the frame is another one, so are roundings.
         for (std::size_t i = 0; i < lights.size(); ++i)
@@ -77,7 +95,12 @@ public:
                                (sight_of(i).fits_scene && !volumes_[i].fits_triangles());
         return change;
     }
+    /// Grids stay that hold no triangle which has changed.
     void commit(Change&& change, std::span<const Bounds>) {
+        for (std::size_t i = 0; i < volumes_.size(); ++i) {
+            change.volumes[i].take_grids(volumes_[i], change.changed);
+            forgotten_ += volumes_[i].made();
+        }
         triangles_ = std::move(change.triangles);
         volumes_ = std::move(change.volumes);
     }
@@ -100,6 +123,7 @@ private:
     float step_;
     std::shared_ptr<const OccluderTriangles> triangles_;
     std::vector<ShadowVolumes> volumes_;
+    std::uint64_t forgotten_ = 0;  // grids
 };
 
 template <Occluders Source>

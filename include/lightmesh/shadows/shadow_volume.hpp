@@ -106,6 +106,32 @@ public:
         return frames_ == other.frames_ && clearance_ == other.clearance_;
     }
 
+    /// Takes the grids of another one, of a light that looks in the same way, that hold none of the triangles
+    /// which differ: `changed` are the numbers of those, and of both there are as many. Nothing else may use
+    /// either of the two meanwhile.
+    void take_grids(ShadowVolumes& other, std::span<const std::uint32_t> changed) {
+        if (!has_frames_of(other) || triangles_->size() != other.triangles_->size())
+            return;
+        for (std::size_t f = 0; f < frames_.size(); ++f) {
+            if (other.grids_[f].grid.get() == nullptr)
+                continue;
+            const auto is_held = [&](std::uint32_t i) {
+                return detail::ShadowVolumeGrid::may_hold(frames_[f], (*triangles_)[i]) ||
+                       detail::ShadowVolumeGrid::may_hold(frames_[f], (*other.triangles_)[i]);
+            };
+            if (std::ranges::none_of(changed, is_held))
+                grids_[f].grid.publish(other.grids_[f].grid.take());
+        }
+    }
+
+    /// Grids made so far.
+    std::size_t made() const {
+        std::size_t count = 0;
+        for (std::size_t f = 0; f < frames_.size(); ++f)
+            count += grids_[f].grid.get() != nullptr ? 1u : 0u;
+        return count;
+    }
+
     /// Memory held by now, without the triangles.
     std::size_t bytes() const {
         std::size_t sum = sizeof *this + frames_.size() * (sizeof(detail::LightFrame) + sizeof(LazyGrid));

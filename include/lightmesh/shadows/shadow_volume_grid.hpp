@@ -158,6 +158,11 @@ public:
         return false;
     }
 
+    /// True if the grid of a frame may hold a triangle.
+    static bool may_hold(const LightFrame& frame, const OccluderTriangles::Triangle& triangle) {
+        return !ClippedTriangle(seen(frame, triangle)).empty();
+    }
+
     std::size_t bytes() const {
         return sizeof *this + begins_.capacity() * sizeof(std::uint64_t) +
                entries_.capacity() * sizeof(Entry);
@@ -173,9 +178,10 @@ private:
         Entry entry;
     };
 
-    SeenTriangle seen(const OccluderTriangles::Triangle& triangle) const {
-        return {frame_.see(triangle[0]), frame_.see(triangle[1]), frame_.see(triangle[2])};
+    static SeenTriangle seen(const LightFrame& frame, const OccluderTriangles::Triangle& triangle) {
+        return {frame.see(triangle[0]), frame.see(triangle[1]), frame.see(triangle[2])};
     }
+    SeenTriangle seen(const OccluderTriangles::Triangle& triangle) const { return seen(frame_, triangle); }
 
     /// 0 to `side_` for -1 to 1.
     double to_cells(double coordinate) const { return (coordinate + 1.0) * 0.5 * side_; }

@@ -24,6 +24,12 @@ public:
         made_.store(owner_.get(), std::memory_order_release);
     }
 
+    /// What was made; it is not there any more then. Nobody may look meanwhile.
+    std::unique_ptr<T> take() {
+        made_.store(nullptr, std::memory_order_relaxed);
+        return std::move(owner_);
+    }
+
     /// As if it was never made. Nobody may look meanwhile.
     void forget() {
         made_.store(nullptr, std::memory_order_relaxed);
