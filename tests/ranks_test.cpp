@@ -2,6 +2,7 @@
 
 // lightmesh-render by several ranks of MPI, all on this machine.
 
+#include "gltf_writer.hpp"
 #include "render/files.hpp"
 #include "render/runs.hpp"
 #include "run_command.hpp"
@@ -25,8 +26,9 @@ using test::Finished;
 using test::TemporaryFolder;
 
 /// More ranks than cores, as any user: the message about a status that is not 0 goes.
-const std::string mpirun = LIGHTMESH_MPIRUN
-    " --allow-run-as-root --oversubscribe --bind-to none --quiet --mca btl_vader_single_copy_mechanism none ";
+const std::string mpirun_that_tells = LIGHTMESH_MPIRUN
+    " --allow-run-as-root --oversubscribe --bind-to none --mca btl_vader_single_copy_mechanism none ";
+const std::string mpirun = mpirun_that_tells + "--quiet ";
 const std::string tiny = " --fps 4 --width 80 --height 60 --detail 1 --threads 1 ";
 
 Finished by_ranks(const TemporaryFolder& folder, int ranks, const std::string& arguments) {
@@ -115,6 +117,99 @@ TEST_CASE("lightmesh-render by ranks: films are the same to the bit") {
     for (int number = 1; number <= 4; ++number)
         CHECK(demo::read_file(frame(folder, "mesh-by-2", number, ".exr")) ==
               demo::read_file(frame(folder, "mesh", number, ".exr")));
+}
+
+TEST_CASE("lightmesh-render by ranks: a short take between key frames is made together, frame by frame") {
+    const TemporaryFolder folder;
+    test::GltfFile file;
+    file.add("SCALAR", {0, 8, 10});
+    file.add("VEC3", {0, 0, 7, 20, 0, 7, 0, 0, 7});
+    const std::string standing = R"(,{"mesh":0,"rotation":[0.70710678,0,0,0.70710678],"translation":)";
+    const std::string lamp = R"(,{"extensions":{"KHR_lights_punctual":{"light":0}},"translation":)";
+    const std::string nodes = R"({"children":[1,2,3,4,5,6]},{"camera":0},
+        {"mesh":0,"translation":[-20,-20,0],"scale":[80,80,1]})" +
+                              standing + "[0,0,0]}" + standing + "[20,0,0]}" + lamp + "[0.5,1.5,2]}" + lamp +
+                              "[20.5,1.5,3]}";
+    const std::string scene =
+        file.write(folder, R"("cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],
+                "extensionsUsed":["KHR_lights_punctual"],"extensions":{"KHR_lights_punctual":{"lights":
+                [{"type":"point","intensity":300}]}},"materials":[{"doubleSided":true}],
+                "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+                "animations":[{"samplers":[{"input":1,"output":2,"interpolation":"STEP"}],
+                "channels":[{"sampler":0,"target":{"path":"translation","node":1}}]}],
+                "nodes":[)" + nodes +
+                               "]")
+            .string();
+    const std::string film = "film " + scene + " --fps 1 --frames 12 --width 80 --height 60 --threads 1 -o ";
+    REQUIRE(test::run(folder, LIGHTMESH_RENDER " " + film + (folder / "alone").string()).status == 0);
+    const Finished ran = by_ranks(folder, 2, film + (folder / "by-2").string());
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    for (int number = 1; number <= 12; ++number) {
+        const std::string name =
+            std::string("frame-00") + (number < 10 ? "0" : "") + std::to_string(number) + ".png";
+        CHECK(demo::read_file(folder / ("by-2/" + name)) == demo::read_file(folder / ("alone/" + name)));
+    }
+    // The first one, the seventh, and the two of the take.
+    const std::string row = "frames by all ranks together";
+    const std::size_t at = ran.output.find(row);
+    REQUIRE_MESSAGE(at != std::string::npos, ran.output);
+    CHECK_MESSAGE(std::stoi(ran.output.substr(at + row.size())) == 4, ran.output);
+}
+
+TEST_CASE("lightmesh-render by ranks: killed at any moment, whichever rank, whole frames stay") {
+    const TemporaryFolder folder;
+    const std::string spheres = "film spheres" + tiny + "--frames 8 -o ";
+    REQUIRE(test::run(folder, LIGHTMESH_RENDER " " + spheres + (folder / "whole").string()).status == 0);
+    const auto check_frames = [&](const std::string& name) {
+        int there = 0;
+        for (int number = 1; number <= 8; ++number)
+            if (std::filesystem::exists(frame(folder, name, number))) {
+                ++there;
+                CHECK(demo::read_file(frame(folder, name, number)) ==
+                      demo::read_file(frame(folder, "whole", number)));
+            }
+        return there;
+    };
+    struct Moment {
+        const char* file;  ///< that is there
+        int milliseconds;  ///< after it
+        int rank;
+    };
+    // In the frame that all make together, after it, while frames are shared out.
+    int unfinished = 0;
+    int killed = 0;
+    for (const auto& [file, milliseconds, rank] : {Moment{"film.txt", 0, 1},
+                                                   {"film.txt", 60, 0},
+                                                   {"frame-0001.png", 0, 1},
+                                                   {"frame-0001.png", 9, 0},
+                                                   {"frame-0002.png", 3, 1},
+                                                   {"frame-0003.png", 0, 0}}) {
+        CAPTURE(std::string(file));
+        CAPTURE(rank);
+        const std::string name = "killed" + std::to_string(killed++);
+        const std::string out = (folder / name).string();
+        const std::string later = (milliseconds < 10 ? "0.00" : "0.0") + std::to_string(milliseconds);
+        const std::string pid = (folder / "pid-").string() + std::to_string(rank);
+        std::filesystem::remove(pid);
+        const Finished ran =
+            test::run(folder, mpirun_that_tells + "-n 2 " + with_pid(folder, spheres + out) +
+                                  " & p=$!; while kill -0 $p && { [ ! -e " + out + "/" + file +
+                                  " ] || [ ! -s " + pid + " ]; }; do sleep 0.002; done; sleep " + later +
+                                  "; kill -KILL $(cat " + pid + "); wait $p");
+        // On a fast machine the film may be done before some of the later moments.
+        if (check_frames(name) < 8) {
+            ++unfinished;
+            CHECK(ran.status > 0);
+            const std::string said = ran.errors + ran.output;
+            CHECK_MESSAGE(said.find("rank " + std::to_string(rank)) != std::string::npos, said);
+            CHECK_MESSAGE(said.find("signal 9") != std::string::npos, said);
+        }
+        const Finished on = by_ranks(folder, 2, spheres + out);
+        REQUIRE_MESSAGE(on.status == 0, on.errors);
+        CHECK(check_frames(name) == 8);
+        CHECK_FALSE(folder.has_part_files());
+    }
+    CHECK(unfinished > 0);
 }
 
 TEST_CASE("lightmesh-render by ranks: a picture, and all that was found for it, is the same to the bit") {

@@ -230,6 +230,16 @@ private:
     double seconds_of_first_ = 0.0;
 };
 
+/// Rank 0's, on all.
+std::vector<int> shared(Ranks& ranks, const std::vector<int>& mine) {
+    Bytes bytes(mine.size() * sizeof(int));
+    std::memcpy(bytes.data(), mine.data(), bytes.size());
+    bytes = ranks.broadcast(std::move(bytes));
+    std::vector<int> numbers(bytes.size() / sizeof(int));
+    std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    return numbers;
+}
+
 /// Makes the frames of a film that are not there yet, with all ranks.
 class FilmJob {
 public:
@@ -253,25 +263,50 @@ public:
 private:
     static constexpr std::size_t batch_per_rank = 16;
 
+    /// A frame that turns out to be cold although those around it were not, such as the first one after a
+    /// cut, waits until the others are done: then all ranks make it together, as the key frame of a batch.
     void make_batch(std::span<const int> frames) {
         std::vector<int> others(frames.begin(), frames.end());
-        if (ranks_.size() > 1)
-            for (const int frame : make_key_frames(frames))
+        bool may_wait = false;
+        if (ranks_.size() > 1) {
+            const KeyFrames keys = make_key_frames(frames);
+            for (const int frame : keys.made)
                 std::erase(others, frame);
+            may_wait = !keys.are_cold;
+        }
         const auto show_alone = [&](double part) {
             if (ranks_.size() == 1)
                 show(part);
         };
         const auto work = [&](std::size_t i, WorkWatch& watch) {
-            return encode(maker_.frame(schedule_.time(others[i]), watch, show_alone));
+            auto made = maker_.frame(schedule_.time(others[i]), watch, may_wait, show_alone);
+            return made ? encode(std::move(*made)) : Bytes{};
         };
-        share_out(ranks_, others.size(), work,
-                  [&](std::size_t i, int, const Bytes& file) { write(others[i], file); });
+        std::vector<int> waiting;
+        share_out(ranks_, others.size(), work, [&](std::size_t i, int, const Bytes& file) {
+            if (file.empty())
+                waiting.push_back(others[i]);
+            else
+                write(others[i], file);
+        });
+        if (!may_wait)
+            return;
+        std::ranges::sort(waiting);
+        waiting = shared(ranks_, waiting);
+        if (waiting.empty())
+            return;
+        maker_.merge_at(schedule_.time(waiting.front()));
+        make_batch(waiting);
     }
+
+    struct KeyFrames {
+        std::vector<int> made;
+        bool are_cold;  ///< the last ones still
+    };
 
     /// Frames that are far from each other, each by all ranks together, until none of a step is cold: so all
     /// ranks begin warm where they go on alone, and nobody traces what another one traces.
-    std::vector<int> make_key_frames(std::span<const int> frames) {
+    KeyFrames make_key_frames(std::span<const int> frames) {
         std::vector<int> made;
         for (const std::vector<std::size_t>& step : key_steps(frames.size(), ranks_.size())) {
             bool is_cold = false;
@@ -284,9 +319,9 @@ private:
                 made.push_back(frames[i]);
             }
             if (!is_cold)
-                break;
+                return {made, false};
         }
-        return made;
+        return {made, true};
     }
 
     /// The rank where the frame was rendered: rank 0 has enough to do with files.
@@ -335,15 +370,6 @@ void check_same_film(Ranks& ranks, const FilmTraits& traits) {
         if (const std::string differing = differences(text_in(texts[rank]), traits); !differing.empty())
             throw std::runtime_error("rank " + std::to_string(rank) + " of " + std::to_string(texts.size()) +
                                      " has another film than rank 0: " + differing);
-}
-
-std::vector<int> shared(Ranks& ranks, const std::vector<int>& mine) {
-    Bytes bytes(mine.size() * sizeof(int));
-    std::memcpy(bytes.data(), mine.data(), bytes.size());
-    bytes = ranks.broadcast(std::move(bytes));
-    std::vector<int> numbers(bytes.size() / sizeof(int));
-    std::memcpy(numbers.data(), bytes.data(), bytes.size());
-    return numbers;
 }
 
 int make_film(const FilmOptions& options, Ranks& ranks) {

@@ -9,6 +9,7 @@
 #include "render/text_table.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,6 +17,9 @@
 namespace demo {
 
 namespace {
+
+/// The share of a frame after which its rays are counted again: that is a walk over all that is known.
+constexpr double count_step = 1.0 / 16.0;
 
 /// The work that a rank has done.
 struct RankCount {
@@ -37,12 +41,22 @@ FilmMaker::FilmMaker(Ranks& ranks, std::string algorithm, const RenderOptions& o
         gpu_->follow(embree_, {});
 }
 
-FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& progress) {
+std::optional<FilmMaker::Made> FilmMaker::frame(double time, WorkWatch& watch, bool may_wait,
+                                                const Progress& progress) {
     const Stopwatch stopwatch;
     begin_frame(time);
     RenderStatistics spent;
+    const std::uint64_t before = may_wait ? kept_rays(*shadows_) : 0;
+    double next_count = count_step;
+    bool waits = false;
+    std::atomic<bool> is_in_vain{false};
     const auto show = [&](double done) {
         watch.look();
+        if (may_wait && !waits && done >= next_count && done < 0.5) {
+            waits = 10 * (kept_rays(*shadows_) - before) > most_rays_;
+            next_count = done + count_step;
+        }
+        is_in_vain = waits || watch.is_in_vain();
         progress(done);
     };
     Made made;
@@ -52,9 +66,13 @@ FilmMaker::Made FilmMaker::frame(double time, WorkWatch& watch, const Progress& 
         watch.look();
         made = {std::move(frame.linear), std::move(frame.toned)};
     } else {
-        made.linear = render(embree_, *shadows_, options_, spent, show, &watch.is_in_vain());
+        made.linear = render(embree_, *shadows_, options_, spent, show, &is_in_vain);
     }
     spent_ += spent;
+    if (waits) {
+        later_seconds_ += stopwatch.seconds();
+        return std::nullopt;
+    }
     count_frame(stopwatch.seconds());
     return made;
 }
@@ -75,7 +93,7 @@ FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& p
     TogetherMade made{render_together(ranks_, embree_, *shadows_, options_, spent, progress, after_round),
                       false};
     spent_ += spent;
-    most_rays_ = (std::max)(most_rays_, rays);
+    most_rays_ = value_in<std::uint64_t>(ranks_.broadcast(bytes_of((std::max)(most_rays_, rays))));
     made.is_cold = rank_0_says(10 * rays > most_rays_);
     count_frame(stopwatch.seconds());
     ++made_together_;

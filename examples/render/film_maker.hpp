@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace demo {
@@ -30,8 +31,10 @@ public:
         Image linear;
         Image toned;  ///< by `RenderOptions::tone`, if a GPU did that; else empty
     };
-    /// The frame at a time, by this rank alone; not whole if `watch` says that it is in vain.
-    Made frame(double time, WorkWatch& watch, const Progress& progress);
+    /// The frame at a time, by this rank alone; not whole if `watch` says that it is in vain. With `may_wait`
+    /// nothing, if in its first half it turns out that more than a tenth has to be found that this rank does
+    /// not know; what was found by then is kept.
+    std::optional<Made> frame(double time, WorkWatch& watch, bool may_wait, const Progress& progress);
 
     struct TogetherMade {
         Image image;   ///< on rank 0
@@ -69,7 +72,7 @@ private:
     RenderStatistics spent_;
     int made_ = 0;
     int made_together_ = 0;
-    std::uint64_t most_rays_ = 0;  // that all have traced for one frame
+    std::uint64_t most_rays_ = 0;  // that all have traced together for one frame; the same on all ranks
     double first_seconds_ = 0.0;
     double later_seconds_ = 0.0;
     double seconds_between_ = 0.0;
