@@ -87,12 +87,22 @@ std::vector<test::Triangle> floor_scene() {
 }  // namespace
 
 TEST_CASE("visibility cache: without closest_hit records are found by bisection") {
-    const Work work = boxes(4, 60);
-    const VisibilityCache cache{test::PlainTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
-    const test::LampErrors errors = errors_of(cache, work.scene, work.lights, work.points, 256);
-    CHECK(errors.mean < 0.02);
-    CHECK(errors.misses < 0.02);
+    const Work work = boxes(24, 100);
+    const CacheSettings settings{.spacing = 0.25f};
+    const VisibilityCache cache{test::PlainTracer{&work.scene}, work.lights, settings};
+    const test::LampErrors errors = errors_of(cache, work.scene, work.lights, work.points, 1024);
+    CHECK(errors.mean < 0.0037);  // 1.3 times what was measured
+    CHECK(errors.misses == 0.0);
     CHECK(cache.statistics().drop_rays > 10 * cache.statistics().records);
+
+    // A place that is bisected is a little off, which hardly any ray to a lamp tells.
+    const VisibilityCache exact{HitTracer{&work.scene}, work.lights, settings};
+    const std::vector<float> bisected = values_of(cache, work.points);
+    const std::vector<float> hit = values_of(exact, work.points);
+    double difference = 0.0;
+    for (std::size_t i = 0; i < hit.size(); ++i)
+        difference += std::abs(static_cast<double>(bisected[i] - hit[i]));
+    CHECK(difference / static_cast<double>(hit.size()) < 1e-5);
 }
 
 TEST_CASE(
