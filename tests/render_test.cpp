@@ -4,6 +4,7 @@
 
 #include "image/image.hpp"
 #include "render/embree_scene.hpp"
+#include "render/illumination.hpp"
 #include "render/renderer.hpp"
 #include "render/shading.hpp"
 #include "render/visibility.hpp"
@@ -26,6 +27,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace render_test {
@@ -298,22 +300,72 @@ TEST_CASE("shading is ambient light, Lambert and Blinn-Phong, times visibility")
     const glm::vec3 down(0, 0, -1);
     for (const float lit : {0.0f, 0.5f, 1.0f}) {
         const glm::vec3 expected = (0.1f + 2.0f * lit) * scene.materials[0].diffuse;
-        CHECK(glm::distance(demo::shade(scene, hit, down, std::span(&lit, 1)), expected) < 1e-6f);
+        CHECK(glm::distance(demo::shade(scene, demo::LightTable(scene.lights), hit, down, std::span(&lit, 1)),
+                            expected) < 1e-6f);
     }
     // The highlight is full where the light is mirrored to the eye, and falls with the angle to halfway.
     scene.materials[0].specular = glm::vec3(0.3f);
     scene.materials[0].shininess = 16.0f;
     const float lit = 1.0f;
     const glm::vec3 matt = 2.1f * scene.materials[0].diffuse;
-    const glm::vec3 mirrored = demo::shade(scene, hit, down, std::span(&lit, 1)) - matt;
+    const glm::vec3 mirrored =
+        demo::shade(scene, demo::LightTable(scene.lights), hit, down, std::span(&lit, 1)) - matt;
     CHECK(mirrored.x == doctest::Approx(0.6));
     const glm::vec3 aslant = glm::normalize(glm::vec3(1, 0, -1));
-    const glm::vec3 beside = demo::shade(scene, hit, aslant, std::span(&lit, 1)) - matt;
+    const glm::vec3 beside =
+        demo::shade(scene, demo::LightTable(scene.lights), hit, aslant, std::span(&lit, 1)) - matt;
     const double halfway = std::cos(std::numbers::pi / 8.0);
     CHECK(beside.x == doctest::Approx(0.6 * std::pow(halfway, 16.0)));
     // From below nothing arrives.
     hit.shading_normal = -hit.shading_normal;
-    CHECK(demo::shade(scene, hit, -down, std::span(&lit, 1)) == 0.1f * scene.materials[0].diffuse);
+    CHECK(demo::shade(scene, demo::LightTable(scene.lights), hit, -down, std::span(&lit, 1)) ==
+          0.1f * scene.materials[0].diffuse);
+}
+
+TEST_CASE("shading by many lights is the sum over them, of whichever kind each is") {
+    demo::Scene scene;
+    demo::Material material;
+    material.diffuse = glm::vec3(0.5f, 0.25f, 1.0f);
+    scene.materials = {material};
+    demo::Hit hit{};
+    hit.position = glm::vec3(0.2f, -0.1f, 0.3f);
+    hit.geometric_normal = hit.shading_normal = glm::normalize(glm::vec3(0.2f, 0.1f, 1.0f));
+    const glm::vec3 down(0, 0, -1);
+    for (int i = 0; i < 53; ++i) {
+        const auto at = [i](float speed) {
+            return 3.0f * std::sin(speed * static_cast<float>(i + 1));
+        };
+        const glm::vec3 place(at(1.0f), at(2.3f), at(0.7f));
+        demo::SceneLight light{lightmesh::PointLight{.position = place, .radius = 0.2f}, {3.0f, 2.0f, 1.0f}};
+        if (i % 3 == 1)
+            std::get<lightmesh::PointLight>(light.shape).range = 3.0f;
+        if (i % 11 == 5)
+            light.facing = glm::vec3(0, 0, 1);
+        if (i == 17)
+            std::get<lightmesh::PointLight>(light.shape).position = hit.position;
+        if (i % 7 == 2)
+            light.shape = lightmesh::SpotLight{.position = place, .axis = -place, .cone = 0.9f};
+        if (i % 7 == 4)
+            light.shape = lightmesh::DirectionalLight{.direction = -place};
+        if (i % 7 == 6)
+            light.shape = lightmesh::RectLight{.position = place};
+        light.fall_off = i % 2 == 0 ? demo::FallOff::points : demo::FallOff::lamps;
+        scene.lights.push_back(light);
+    }
+    for (const std::size_t count : {scene.lights.size(), std::size_t{9}, std::size_t{8}, std::size_t{1}}) {
+        CAPTURE(count);
+        scene.lights.resize(count);
+        glm::vec3 expected = scene.ambient * material.diffuse;
+        std::vector<float> lit;
+        for (std::size_t l = 0; l < count; ++l) {
+            lit.push_back(static_cast<float>(l % 5) / 4.0f);
+            const demo::Illumination light = demo::illuminate(scene.lights[l], hit.position);
+            expected += lit[l] * (std::max)(glm::dot(hit.shading_normal, light.to_light), 0.0f) *
+                        light.irradiance * material.diffuse;
+        }
+        const glm::vec3 sum = demo::shade(scene, demo::LightTable(scene.lights), hit, down, lit);
+        CHECK(glm::distance(sum, expected) <= 2e-6f * glm::length(expected));
+    }
 }
 
 }  // namespace render_test

@@ -127,6 +127,61 @@ Illumination illuminate(const SceneLight& light, const glm::vec3& point) {
     return found;
 }
 
+LightTable::LightTable(std::span<const SceneLight> lights)
+    : lights_(lights), blocks_((lights.size() + lights_at_once - 1) / lights_at_once) {
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+        Block& block = blocks_[l / lights_at_once];
+        const std::size_t i = l % lights_at_once;
+        const auto* lamp = std::get_if<lightmesh::PointLight>(&lights[l].shape);
+        if (lamp == nullptr || lights[l].facing != glm::vec3(0.0f)) {
+            block.others.push_back(i);
+            continue;
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            block.position[axis][i] = lamp->position[axis];
+            block.intensity[axis][i] = lights[l].intensity[axis];
+        }
+        block.range[i] = lamp->range;
+        block.disc_radius[i] = lights[l].fall_off == FallOff::lamps ? lamp->radius : 0.0f;
+    }
+}
+
+/// What `from_position` says, of all at once.
+void LightTable::illuminate(std::size_t first, const glm::vec3& point, const OfLights& lit,
+                            Illuminations& found) const {
+    const Block& block = blocks_[first / lights_at_once];
+    const OfLights x = block.position[0] - point.x;
+    const OfLights y = block.position[1] - point.y;
+    const OfLights z = block.position[2] - point.z;
+    OfLights distance = x * x + y * y + z * z;
+    take_roots(distance);
+    const OfLights way = distance / block.range;
+    OfLights strength = 1.0f - way * way * way * way;
+    raise_to(strength, 0.0f);
+    limit_to(strength, 1.0f);
+    strength /= distance * distance;
+    const OfLights ratio = block.disc_radius / distance;
+    OfLights slant = 1.0f + ratio * ratio;
+    take_roots(slant);
+    const OfLights share = 2.0f / (slant * (slant + 1.0f));  // 1 of a point
+    const OfLights none{};
+    const auto is_there = distance > none;
+    const OfLights* const to_light[3]{&x, &y, &z};
+    for (int axis = 0; axis < 3; ++axis) {
+        found.to_light[axis] = is_there ? *to_light[axis] / distance : none;
+        found.irradiance[axis] = is_there ? block.intensity[axis] * strength * share : none;
+    }
+    for (const std::size_t i : block.others) {
+        if (lit[i] == 0.0f)
+            continue;
+        const Illumination one = demo::illuminate(lights_[first + i], point);
+        for (int axis = 0; axis < 3; ++axis) {
+            found.to_light[axis][i] = one.to_light[axis];
+            found.irradiance[axis][i] = one.irradiance[axis];
+        }
+    }
+}
+
 lightmesh::Segment shadow_segment(const SceneLight& light, const glm::vec3& point, const glm::vec3& normal,
                                   float offset, float far_away) {
     const glm::vec3 origin = point + offset * normal;

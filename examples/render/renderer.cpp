@@ -50,8 +50,9 @@ struct PathRay {
 /// add to a pixel, the visibility of the lights is found there, the points are shaded.
 class Tile {
 public:
-    Tile(const EmbreeScene& scene, const Visibility& visibility, const RenderOptions& options)
-        : scene_(scene), visibility_(visibility), options_(options),
+    Tile(const EmbreeScene& scene, const LightTable& lights, const Visibility& visibility,
+         const RenderOptions& options)
+        : scene_(scene), lights_(lights), visibility_(visibility), options_(options),
           tracer_(scene.handle(), EmbreeIntersector::Batches::packets),
           most_points_((std::max)(
               std::size_t{1}, most_visibilities / (std::max)(std::size_t{1}, scene.scene().lights.size()))) {}
@@ -181,7 +182,7 @@ private:
             const std::span<const float> lit = std::span(lit_).subspan(i * light_count, light_count);
             const float ambient = options_.ambient_rays > 0 ? ambient_share(i) : 1.0f;
             colours_[static_cast<std::size_t>(ray.pixel)] +=
-                glm::vec4(ray.weight * shade(model(), hits_[i], ray.direction, lit, ambient), 0.0f);
+                glm::vec4(ray.weight * shade(model(), lights_, hits_[i], ray.direction, lit, ambient), 0.0f);
         }
         statistics_.seconds_shading += watch.seconds();
         statistics_.shading_points += hits_.size();
@@ -216,6 +217,7 @@ private:
     }
 
     const EmbreeScene& scene_;
+    const LightTable& lights_;
     const Visibility& visibility_;
     const RenderOptions& options_;
     EmbreeIntersector tracer_;
@@ -282,6 +284,7 @@ void render(const EmbreeScene& scene, const Visibility& visibility, const Render
     check(options);
     const Stopwatch watch;
     const View view(scene.scene().camera, options.width, options.height);
+    const LightTable lights(scene.scene().lights);
     const int columns = (options.width + tile_size - 1) / tile_size;
     const int rows = (options.height + tile_size - 1) / tile_size;
     const int tiles = options.tiles.empty() ? columns * rows : static_cast<int>(options.tiles.size());
@@ -292,7 +295,7 @@ void render(const EmbreeScene& scene, const Visibility& visibility, const Render
         if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
             return;
         const int index = options.tiles.empty() ? i : options.tiles[static_cast<std::size_t>(i)];
-        Tile tile(scene, visibility, options);
+        Tile tile(scene, lights, visibility, options);
         const TilePixels pixels = tile.render(view, index % columns * tile_size, index / columns * tile_size);
         const std::scoped_lock lock(one_at_a_time);
         sink(pixels);
