@@ -66,11 +66,22 @@ GroupedVisibility::GroupedVisibility(const EmbreeScene& scene, std::size_t light
     }
 }
 
+bool GroupedVisibility::has_all(const Made& made) const {
+    const std::vector<std::size_t>& numbers = *made.group.options.lights;
+    for (std::size_t k = 0; k < numbers.size(); ++k)
+        if (numbers[k] != k)
+            return false;
+    return numbers.size() == light_count_;
+}
+
 void GroupedVisibility::find(const SurfacePoints& points, std::span<float> lit, VisibilityCost& cost) const {
-    std::ranges::fill(lit, 1.0f);
     std::vector<lightmesh::SurfacePoint> of_samples(points.points.begin(), points.points.end());
     for (lightmesh::SurfacePoint& point : of_samples)
         point.footprint *= footprint_share_;
+    // In most scenes.
+    if (groups_.size() == 1 && has_all(groups_.front()))
+        return groups_.front().visibility->find({of_samples, points.seeds}, lit, cost);
+    std::ranges::fill(lit, 1.0f);
     std::vector<float> part;
     for (const Made& made : groups_) {
         const std::vector<std::size_t>& numbers = *made.group.options.lights;

@@ -54,6 +54,8 @@ private:
         std::unique_ptr<Visibility> visibility;
     };
 
+    /// True if a group has the scene's lights in their order.
+    bool has_all(const Made& made) const;
     /// Of the groups that have such statistics: their `count`, and their bytes.
     template <class Statistics>
     std::optional<Statistics> sum(std::optional<Statistics> (Visibility::*of)() const,
