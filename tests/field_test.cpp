@@ -185,6 +185,38 @@ TEST_CASE("field: a closer view of a built-in scene has a smaller radius") {
     CHECK(close < 0.15f);
 }
 
+TEST_CASE("field: the radius of a view of sky with little before it is measured on a fine grid") {
+    // Poles that fit between the rays of 96 x 72, before a wall behind that fills a thirteenth of the
+    // picture.
+    const test::TemporaryFolder folder;
+    std::string text;
+    int vertices = 0;
+    const auto add_quad = [&](float x0, float x1, float y0, float y1, float z) {
+        for (const auto& [x, y] : {std::pair(x0, y0), {x1, y0}, {x1, y1}, {x0, y1}})
+            text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+        text += "f";
+        for (int i = 1; i <= 4; ++i)
+            text += " " + std::to_string(vertices + i);
+        text += "\n";
+        vertices += 4;
+    };
+    constexpr float half = 10.0f;  // of the picture's height where the poles stand
+    const float pixel = 2.0f * half / 72.0f;
+    for (int pole = 0; pole < 40; ++pole) {
+        // Beside the middles of the pixels of 96 x 72.
+        const float x = pixel * (static_cast<float>(pole - 20) + 0.1f);
+        add_quad(x, x + 0.2f * pixel, -half, half, 0.0f);
+    }
+    add_quad(-40.0f, 40.0f, 8.0f, 11.0f, -10.0f);
+    demo::SceneOptions options;
+    options.scene = folder.write("poles.obj", text).string();
+    options.eye = glm::vec3(0, 0, 10);
+    options.target = glm::vec3(0, 0, 0);
+    options.field_of_view = 90.0f;
+    const float near_height = 2.0f * half;
+    CHECK(demo::open_scene(options).radius == doctest::Approx(0.045 * near_height).epsilon(0.01));
+}
+
 TEST_CASE("field: vertex colours multiply, mesh by mesh") {
     const demo::Scene tiles = as_is("vertex-colours/vertex-colours.gltf");
     const demo::Image image = picture(tiles, "whitted");

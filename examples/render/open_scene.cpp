@@ -26,6 +26,8 @@ constexpr float pi = 3.14159265f;
 /// Pixels of the small picture by which radius and exposure are chosen.
 constexpr int probe_width = 96;
 constexpr int probe_height = 72;
+/// A radius is chosen by at least so many points, spread over the picture.
+constexpr std::size_t enough_points = 4096;
 
 /// The i-th of `count` directions spread evenly over the sphere.
 glm::vec3 direction_of(int i, int count) {
@@ -205,12 +207,14 @@ void complete_view_and_lights(const SceneOptions& options, const EmbreeScene& em
     }
 }
 
-/// The surfaces that the camera sees first in each pixel of the small picture.
-std::vector<std::optional<Hit>> probe(const EmbreeScene& embree) {
-    const View view(embree.scene().camera, probe_width, probe_height);
+/// The surfaces that the camera sees first in each pixel of the small picture, or of one some times as fine.
+std::vector<std::optional<Hit>> probe(const EmbreeScene& embree, int times = 1) {
+    const int width = times * probe_width;
+    const int height = times * probe_height;
+    const View view(embree.scene().camera, width, height);
     std::vector<std::optional<Hit>> hits;
-    for (int row = 0; row < probe_height; ++row)
-        for (int column = 0; column < probe_width; ++column) {
+    for (int row = 0; row < height; ++row)
+        for (int column = 0; column < width; ++column) {
             const float x = static_cast<float>(column) + 0.5f;
             const float y = static_cast<float>(row) + 0.5f;
             hits.push_back(embree.trace(view.origin(x, y), view.direction(x, y)));
@@ -218,18 +222,31 @@ std::vector<std::optional<Hit>> probe(const EmbreeScene& embree) {
     return hits;
 }
 
-/// A radius by the size that near things have in the picture: a fraction of its height where they are. No
-/// more than the scene's own.
-void choose_radius(const std::vector<std::optional<Hit>>& hits, Scene& scene) {
-    constexpr float share_of_height = 0.045f;
-    const Camera& camera = scene.camera;
+/// How far away things are that the camera sees.
+std::vector<float> depths_of(const std::vector<std::optional<Hit>>& hits, const Camera& camera) {
     const glm::vec3 ahead = glm::normalize(camera.target - camera.eye);
     std::vector<float> depths;
     for (const auto& hit : hits)
         if (hit)
             depths.push_back(glm::dot(hit->position - camera.eye, ahead));
+    return depths;
+}
+
+/// A radius by the size that near things have in the picture: a fraction of its height where they are. No
+/// more than the scene's own. `hits` are those of `probe`; where they are few, since most of the picture is
+/// sky, a finer grid is looked at.
+void choose_radius(const EmbreeScene& embree, const std::vector<std::optional<Hit>>& hits, Scene& scene) {
+    constexpr float share_of_height = 0.045f;
+    constexpr int finest = 8;
+    const Camera& camera = scene.camera;
+    std::vector<float> depths = depths_of(hits, camera);
     if (depths.empty())
         return;
+    for (int times = 2; depths.size() < enough_points && times <= finest; times *= 2) {
+        std::vector<float> more = depths_of(probe(embree, times), camera);
+        if (more.size() > depths.size())
+            depths = std::move(more);
+    }
     const auto nearer = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 4);
     std::ranges::nth_element(depths, nearer);
     const float height = camera.orthographic_height > 0.0f
@@ -346,8 +363,10 @@ Scene completed(const SceneOptions& options, Scene scene) {
         if (options.lights > 0)
             spread_lights(scene, options.lights);
         // Its own radius suits its own view.
-        if (options.eye || options.target || options.field_of_view)
-            choose_radius(probe(EmbreeScene(scene)), scene);
+        if (options.eye || options.target || options.field_of_view) {
+            const EmbreeScene embree(scene);
+            choose_radius(embree, probe(embree), scene);
+        }
         if (options.exposure)
             scene.exposure = std::exp2(*options.exposure);
         return scene;
@@ -359,7 +378,7 @@ Scene completed(const SceneOptions& options, Scene scene) {
     const std::vector<std::optional<Hit>> hits = probe(embree);
     if (std::ranges::none_of(hits, [](const std::optional<Hit>& hit) { return hit.has_value(); }))
         scene.remarks.emplace_back("the camera sees nothing of the scene");
-    choose_radius(hits, scene);
+    choose_radius(embree, hits, scene);
     note_closed_lamps(embree, hits, scene);
     if (options.exposure) {
         set_exposure(std::exp2(static_cast<double>(*options.exposure)), scene);
