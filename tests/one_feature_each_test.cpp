@@ -38,7 +38,7 @@ TEST_CASE("the examples of one feature each do what they say") {
     check_prints("snapshots", "its checksum is wrong");
     check_prints("shaders", "missing: 0 of 130");
     check_prints("shaders", "the CPU's values: yes");
-    check_prints("tuning", "A cache rather than a mesh (r 0.8, ");
+    check_prints("tuning", "Take a cache rather than a mesh: the best mesh (r 0.8, ");
     check_prints("tuning", "paste: lightmesh::CacheSettings{.spacing = 0.");
     check_prints("visibility_cache", "softer with distance: yes");
 }

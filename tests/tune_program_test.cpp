@@ -2,6 +2,7 @@
 
 // The program lightmesh-tune as its users run it, and its report in a browser.
 
+#include "image/image.hpp"
 #include "render/files.hpp"
 #include "run_command.hpp"
 #include "temporary_folder.hpp"
@@ -9,6 +10,8 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -25,8 +28,8 @@ using test::run;
 /// Takes a second or so.
 std::string tune_command(const std::filesystem::path& output, const std::string& more = "--quality 2,3") {
     return LIGHTMESH_TUNE " spheres --points 256 --reference-points 16 --radius 5 --short-test none,linked "
-                          "--long-test rays --spacing 1 --detail 2 --lamp-rays 16 --width 160 --height 120 "
-                          "--picture-width 48 --threads 2 -o " +
+                          "--long-test rays --spacing 1 --detail 2 --lamp-rays 16 --shaft-rows on "
+                          "--width 160 --height 120 --picture-width 48 --threads 2 -o " +
            output.string() + " " + more;
 }
 
@@ -103,14 +106,72 @@ TEST_CASE("lightmesh-tune: predicts, measures, recommends, and says so as text a
         const Json& measurement = report.at("measurements")[i];
         CHECK(measurement.at("candidate").at("radius") == (i < 4 ? 5.0 : 0.0));
         CHECK(measurement.at("candidate").at("spacing") == (i < 4 ? 0.0 : 1.0));
+        CHECK(measurement.at("candidate").at("shaft_rows") == true);
+        CHECK((measurement.at("short_rays_per_point") > 0.0) ==
+              (i == 4 || measurement.at("candidate").at("short_test") == "linked"));
         CHECK(measurement.at("lamp_error") > 0.0);
         CHECK(measurement.at("warm_ns_per_point") > 0.0);
         CHECK(measurement.at("mean_absolute_error") > 0.0);
         CHECK(measurement.at("frame").at("cold_seconds") >= measurement.at("frame").at("warm_seconds"));
     }
-    CHECK(std::filesystem::exists(folder / "out/pictures/reference.png"));
-    CHECK(std::filesystem::exists(folder / "out/pictures/cache-g1-detail2-16lamprays.png"));
+    // The kind that lost is told as well.
+    const Json& recommended = report.at("recommended");
+    CHECK((recommended.at("held_against").at("spacing") == 0.0) ==
+          (recommended.at("candidate").at("spacing") == 1.0));
+    for (const char* name :
+         {"exact-mesh", "lamps", "cache-g1-detail2-16lamprays", "cache-g1-detail2-16lamprays-to-lamps"})
+        CHECK_MESSAGE(std::filesystem::exists(folder / "out/pictures" / (std::string(name) + ".png")), name);
     CHECK_FALSE(folder.has_part_files());
+}
+
+TEST_CASE("lightmesh-tune: its report shows caches and meshes beside the lamps themselves") {
+    const test::TemporaryFolder folder;
+    const auto with = [](std::string command, const std::string& option, const std::string& other) {
+        return command.replace(command.find(option), option.size(), other);
+    };
+    const Finished ran = run(
+        folder, with(tune_command(folder / "out", "--quality 4"), "--shaft-rows on", "--shaft-rows on,off"));
+    REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.output.find("4 candidates to measure") != std::string::npos);
+    const std::string html = demo::read_file(folder / "out/report.html");
+    const auto section = [&](const std::string& title) {
+        const std::size_t start = html.find("<h2>" + title + "</h2>");
+        REQUIRE_MESSAGE(start != std::string::npos, title);
+        return html.substr(start, html.find("</section>", start) - start);
+    };
+    const auto check_strip = [](const std::string& text, std::size_t pictures, const std::string& reference) {
+        CHECK(text.find("alt=\"The reference: " + reference) != std::string::npos);
+        CHECK(count(text, "<figure") == pictures + 1);
+        CHECK(count(text, "<img ") == 2 * pictures + 1);
+        CHECK(count(text, "Its difference to the reference") == pictures);
+    };
+    const Json report = report_in(folder / "out");
+    const auto on_frontier = [&](bool of_caches) {
+        return std::ranges::count_if(report.at("measurements"), [&](const Json& measurement) {
+            return measurement.at("on_frontier") == true &&
+                   (measurement.at("candidate").at("spacing") != 0.0) == of_caches;
+        });
+    };
+    const std::string kinds = section("Cache or mesh?");
+    check_strip(kinds, 2, "lamps of 256 rays");
+    CHECK(kinds.find("than a ") != std::string::npos);
+    check_strip(section("Caches: faster, or more exact"), static_cast<std::size_t>(on_frontier(true)),
+                "lamps of 256 rays");
+    check_strip(section("Meshes: faster, or more exact"), static_cast<std::size_t>(on_frontier(false)),
+                "r 5, q ");
+
+    // The reference is what the others come near to: the lamps as rays show them.
+    const demo::Image lamps = demo::read_png(folder / "out/pictures/lamps.png");
+    const demo::Image cache = demo::read_png(folder / "out/pictures/cache-g1-detail2-16lamprays.png");
+    const demo::Image mesh = demo::read_png(folder / "out/pictures/exact-mesh.png");
+    CHECK(demo::mean_absolute_difference(cache, lamps) < 0.6 * demo::mean_absolute_difference(mesh, lamps));
+
+    const Finished without = run(folder, with(tune_command(folder / "meshes", "--quality 2 --caches off"),
+                                              "--radius 5", "--radius 4,5"));
+    REQUIRE_MESSAGE(without.status == 0, without.errors);
+    const std::string meshes = demo::read_file(folder / "meshes/report.html");
+    CHECK(meshes.find("<h2>Which radius?</h2>") != std::string::npos);
+    CHECK(meshes.find("<h2>Caches") == std::string::npos);
 }
 
 TEST_CASE("lightmesh-tune: warns where a view shows no shadow, from which a radius could come") {
@@ -122,6 +183,8 @@ TEST_CASE("lightmesh-tune: warns where a view shows no shadow, from which a radi
                                          "--picture-width 0 --threads 2 -o " +
                                          (folder / "out").string());
     REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+    CHECK(ran.output.find("radius: at ") != std::string::npos);
+    CHECK(ran.output.find(" points 0 of ") != std::string::npos);
     CHECK(ran.output.find("warning: nothing that this view shows was found in shadow") != std::string::npos);
 }
 
@@ -229,6 +292,7 @@ TEST_CASE("lightmesh-tune: what is wrong with the command line is told in one li
         {"spheres --spacing 0", "--spacing: 0 is not a finite number above 0", 2},
         {"spheres --detail 7", "--detail: Value 7 not in range", 2},
         {"spheres --caches maybe", "--caches: maybe not in", 2},
+        {"spheres --shaft-rows maybe", "--shaft-rows: maybe not in", 2},
         {"spheres --resume", "there is nothing to resume: no file ", 1},
     };
     for (const Wrong& wrong : all) {
@@ -265,7 +329,7 @@ TEST_CASE("lightmesh-tune: it does not resume from damaged reports, or from othe
         {good.substr(0, good.size() / 2), "parse error"},
         {"null", "cannot resume"},
         {"{}", "key 'format' not found"},
-        {with("/format", 99), "it has format 99, not 2"},
+        {with("/format", 99), "it has format 99, not 3"},
         {with("/context/scene", "park"), "its scene was \"park\" and is \"spheres\" now"},
         {with("/context/points measured", "17"), "its points measured was \"17\" and is \"256\" now"},
         {with("/measurements/0/warm_ns_per_point", "fast"), "must be number, but is string"},

@@ -5,6 +5,8 @@
 #include <lightmesh/tune.hpp>
 
 #include <doctest/doctest.h>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
@@ -138,8 +140,9 @@ TEST_CASE("tune: caches follow the meshes, every combination of their own settin
     choices.spacings = {0.5f, 0.25f};
     choices.details = {0, 3};
     choices.lamp_rays = {16, 64};
+    choices.shaft_rows = {false, true};
     const auto candidates = tune::make_candidates(choices);
-    REQUIRE(candidates.size() == 1 + 2 * 2 * 2);
+    REQUIRE(candidates.size() == 1 + 2 * 2 * 2 * 2);
     CHECK_FALSE(tune::is_cache(candidates.front()));
     CHECK(tune::radius_of(candidates.front()) == 1.0f);
     for (std::size_t i = 1; i < candidates.size(); ++i) {
@@ -155,6 +158,14 @@ TEST_CASE("tune: caches follow the meshes, every combination of their own settin
     CHECK(settings.spacing == 0.25f);
     CHECK(settings.detail == 3);
     CHECK(settings.lamp_rays == 64);
+    CHECK(settings.shaft_rows);
+    const tune::Candidate& without = candidates[candidates.size() - 2];
+    CHECK(tune::describe(without) == "cache, g 0.25, detail 3, 64 lamp rays, no shaft rows");
+    CHECK(tune::to_source(without) == "lightmesh::CacheSettings{.spacing = 0.25f, .detail = 3, "
+                                      ".lamp_rays = 64, .shaft_rows = false}");
+    CHECK_FALSE(tune::cache_settings_of(without).shaft_rows);
+    choices.shaft_rows = {true};
+    CHECK(tune::make_candidates(choices).size() == 1 + 2 * 2 * 2);
     CHECK(tune::make_candidates({}).empty());
 }
 
@@ -350,15 +361,16 @@ TEST_CASE("tune: caches are measured beside meshes, and are nearer to lamps") {
     choices.spacings = {1.0f};
     choices.details = {0, 2};
     choices.lamp_rays = {64};
+    choices.shaft_rows = {false, true};
     tune::Options options = quick_options();
     options.reference_points = 100;
     const auto candidates = tune::make_candidates(choices);
     const tune::Forecast forecast = tune::predict(subject, candidates, options);
     const auto results = tune::run(subject, candidates, options).measurements;
-    REQUIRE(results.size() == 3);
-    REQUIRE(forecast.candidates.size() == 3);
+    REQUIRE(results.size() == 5);
+    REQUIRE(forecast.candidates.size() == 5);
     const tune::Measurement& mesh = results[0];
-    for (const std::size_t i : {1u, 2u}) {
+    for (const std::size_t i : {1u, 2u, 3u, 4u}) {
         const tune::Measurement& cache = results[i];
         CAPTURE(tune::describe(cache.candidate));
         CHECK(cache.candidate == candidates[i]);
@@ -379,8 +391,12 @@ TEST_CASE("tune: caches are measured beside meshes, and are nearer to lamps") {
         CHECK(forecast.candidates[i].light_points < 3.0 * static_cast<double>(cache.light_points));
         CHECK(forecast.candidates[i].seconds > 0.0);
     }
-    CHECK(results[2].lamp_error < results[1].lamp_error);
-    CHECK(results[2].long_rays > results[1].long_rays);
+    for (const std::size_t i : {1u, 2u}) {
+        CHECK(results[i + 2].lamp_error < results[i].lamp_error);
+        CHECK(results[i + 2].long_rays > results[i].long_rays);
+    }
+    // Shaft rows look further around.
+    CHECK(results[2].long_rays != results[1].long_rays);
     // To its own reference, which is as blurred, the mesh is far better than to lamps.
     CHECK(mesh.mean_absolute_error < 0.5 * mesh.lamp_error);
     const tune::Recommendation advice = tune::recommend(results, {.mean_absolute_error = 0.2});
@@ -615,14 +631,19 @@ TEST_CASE("tune: a recommendation chooses between mesh and cache by their errors
     };
     SUBCASE("none: the less product of time and error to lamps") {
         CHECK(choice({}).choice->candidate.spacing == 0.5f);
-        CHECK(
-            choice({}).reason.find(" A cache rather than a mesh (r 1, q 4, linked, rays): to lamps of their "
-                                   "sizes its error is 2 %, that of the other 3 %, at 0.5 times its time.") !=
-            std::string::npos);
+        CHECK(choice({}).reason.ends_with(
+            " Take a cache rather than a mesh: the best mesh (r 1, q 4, linked, rays) differs from lamps of "
+            "their sizes by 3 %, this one by 2 %, in 0.5 times the time."));
+        REQUIRE(choice({}).other);
+        CHECK(choice({}).other->candidate == mesh.candidate);
         std::vector<tune::Measurement> dear{mesh, cache(0.5f, 400, 0.02)};
-        CHECK(tune::recommend(dear, {}).choice->candidate.quality == 4.0f);
-        CHECK(tune::recommend(dear, {}).reason.find(" A mesh rather than a cache (cache, g 0.5") !=
-              std::string::npos);
+        const tune::Recommendation cheap = tune::recommend(dear, {});
+        CHECK(cheap.choice->candidate.quality == 4.0f);
+        CHECK(cheap.reason.ends_with(" Take a mesh rather than a cache: the best cache (cache, g 0.5, detail "
+                                     "3, 64 lamp rays) differs from lamps of their sizes by 2 %, this one by "
+                                     "3 %, in 0.1 times the time."));
+        REQUIRE(cheap.other);
+        CHECK(cheap.other->candidate.spacing == 0.5f);
     }
     SUBCASE("time: the nearer to lamps of those that are fast enough") {
         CHECK(choice({.ns_per_point = 125.0}).choice->candidate.spacing == 0.25f);
@@ -632,6 +653,7 @@ TEST_CASE("tune: a recommendation chooses between mesh and cache by their errors
         const tune::Recommendation exact = choice({.mean_absolute_error = 0.009});
         CHECK(exact.choice->candidate.quality == 4.0f);
         CHECK(exact.reason.ends_with(" No cache keeps within the limits."));
+        CHECK_FALSE(exact.other);
         const tune::Recommendation fast = choice({.ns_per_point = 50.0});
         CHECK(fast.choice->candidate.spacing == 0.5f);
         CHECK(fast.reason.ends_with(" No mesh keeps within the limits."));
@@ -657,6 +679,42 @@ TEST_CASE("tune: what is not finite is never recommended") {
     CHECK(tune::recommend(results, {}).choice->candidate.quality == 6.0f);
 }
 
+TEST_CASE("tune: a radius is measured at 4,096 points, spread over the frame") {
+    // Half a floor lies under a plate, at a height that tells the parts of the frame apart.
+    std::vector<test::Triangle> triangles;
+    test::add_quad(triangles, {-10, -10, 0}, {20, 0, 0}, {0, 20, 0});
+    test::add_quad(triangles, {-12, -12, 1}, {24, 0, 0}, {0, 12, 0});
+    const test::PlainTracer tracer{&triangles};
+    const auto frame = [](int side) {
+        std::vector<glm::vec3> points;
+        for (int row = 0; row < side; ++row)
+            for (int column = 0; column < side; ++column)
+                points.emplace_back(
+                    20.0f * glm::vec2(static_cast<float>(column) + 0.5f, static_cast<float>(row) + 0.5f) /
+                            static_cast<float>(side) -
+                        10.0f,
+                    0.0f);
+        return points;
+    };
+    const std::vector<lightmesh::Light> lights{
+        lightmesh::DirectionalLight{{0, 0, -1}},  // reaches all of them
+        lightmesh::DirectionalLight{{0, 0, 1}},   // the other two none
+        lightmesh::PointLight{.position = {0, 0, 5}, .range = 0.1f}};
+    for (const int side : {200, 70, 10}) {
+        CAPTURE(side);
+        const std::vector<glm::vec3> points = frame(side);
+        const std::vector<glm::vec3> normals(points.size(), glm::vec3(0, 0, 1));
+        const tune::RadiusAdvice advice =
+            tune::suggest_radii(tune::Subject{tracer, lights, tune::Samples{points, normals}});
+        const std::size_t wanted = side == 10 ? 100 : 4096;
+        CHECK(advice.points == wanted);
+        CHECK(advice.pairs >= wanted);
+        CHECK(advice.pairs < 2 * wanted);
+        CHECK(static_cast<double>(advice.shadowed) / static_cast<double>(advice.pairs) ==
+              doctest::Approx(0.5).epsilon(0.02));
+    }
+}
+
 TEST_CASE("tune: the suggested radius is that of the penumbra") {
     // A floor of 20 x 20, and above it a plate that shades the middle: d = 1, D = 3.
     std::vector<test::Triangle> triangles;
@@ -674,6 +732,7 @@ TEST_CASE("tune: the suggested radius is that of the penumbra") {
     const tune::RadiusAdvice soft = tune::suggest_radii(by_lamp, 0.3);
     CHECK(soft.shadowed == 20);
     CHECK(soft.pairs == 22);
+    CHECK(soft.points == 22);
     CHECK(soft.penumbra_width == doctest::Approx(2.0 * 0.3 * 4.0 / 3.0).epsilon(0.01));
     CHECK(soft.radius == doctest::Approx(0.5));  // nearest to 0.4 in its series, which has 0.3 and 0.5
     CHECK(soft.radii.size() == 3);

@@ -21,6 +21,8 @@ constexpr std::array short_test_names{std::pair{"none", lightmesh::ShortTest::no
                                       std::pair{"linked", lightmesh::ShortTest::linked},
                                       std::pair{"exact", lightmesh::ShortTest::exact}};
 
+constexpr std::array shaft_row_names{std::pair{"on", true}, std::pair{"off", false}};
+
 constexpr std::array long_test_names{std::pair{"rays", tune::LongTest::rays},
                                      std::pair{"maps", tune::LongTest::shadow_maps},
                                      std::pair{"refined-maps", tune::LongTest::refined_shadow_maps},
@@ -132,6 +134,9 @@ void add_choices(CLI::App& program, TuneOptions& options) {
     add_list("--detail", options.details, "how often caches halve g; default: 2,3")->check(CLI::Range(0, 6));
     add_list("--lamp-rays", options.lamp_rays, "rays of caches to a lamp to try; default: 16,64")
         ->check(CLI::Range(1, 256));
+    add_list("--shaft-rows", options.shaft_rows,
+             "whether records of caches look around themselves; default: on,off")
+        ->check(CLI::IsMember(all_names(shaft_row_names)));
     program
         .add_option_function<std::string>(
             "--caches", [&options](const std::string& text) { options.caches = text == "on"; },
@@ -240,13 +245,16 @@ std::vector<tune::Candidate> choose_candidates(const TuneOptions& options, const
         candidates.insert(candidates.end(), with_maps.begin(), with_maps.end());
     }
     if (options.caches) {
-        tune::Choices caches{.spacings = {0.5f * middle_radius, 0.25f * middle_radius}};
+        tune::Choices caches{.spacings = {0.5f * middle_radius, 0.25f * middle_radius},
+                             .shaft_rows = {true, false}};
         if (!options.spacings.empty())
             caches.spacings = options.spacings;
         if (!options.details.empty())
             caches.details = options.details;
         if (!options.lamp_rays.empty())
             caches.lamp_rays = options.lamp_rays;
+        if (!options.shaft_rows.empty())
+            caches.shaft_rows = values_of<bool>(options.shaft_rows, shaft_row_names);
         const std::vector<tune::Candidate> more = tune::make_candidates(caches);
         candidates.insert(candidates.end(), more.begin(), more.end());
     }

@@ -28,7 +28,8 @@ struct TuneOptions : SceneOptions {
     std::vector<float> spacings;
     std::vector<int> details;
     std::vector<int> lamp_rays;
-    bool caches = true;  ///< whether caches are tried, and not light meshes alone
+    std::vector<std::string> shaft_rows;  ///< "on", "off"
+    bool caches = true;                   ///< whether caches are tried, and not light meshes alone
 
     lightmesh::tune::Wishes wishes;
     std::size_t points = 4096;
@@ -53,7 +54,7 @@ double read_share(const std::string& text);
 
 /// The candidates to try: what the options ask for, and where they are silent, all that is worth a try.
 /// Shadow maps that nobody asked for are only tried with `middle_radius` and linked short tests. Caches
-/// follow, by default with spacings of a half and a quarter of `middle_radius`.
+/// follow, by default with spacings of a half and a quarter of `middle_radius`, with and without shaft rows.
 std::vector<lightmesh::tune::Candidate>
 choose_candidates(const TuneOptions& options, const std::vector<float>& radii, float middle_radius);
 

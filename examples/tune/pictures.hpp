@@ -13,20 +13,29 @@ namespace demo {
 /// A picture by a candidate.
 struct CandidatePicture {
     lightmesh::tune::Measurement measurement;
-    std::string picture;     ///< a PNG file's bytes
-    std::string difference;  ///< the same: amplified and negated; empty if there is nothing to compare with
+    std::string picture;           ///< a PNG file's bytes
+    std::string difference;        ///< the same, to the reference: amplified and negated
     double mean_difference = 0.0;  ///< mean absolute, linear values
+};
+
+/// Pictures by candidates, and the one that they are compared with.
+struct PictureStrip {
+    std::string reference_name;  ///< for people
+    std::string reference;       ///< a PNG file's bytes
+    std::vector<CandidatePicture> pictures;
+    std::size_t candidates = 0;  ///< how many there are, with and without picture
 };
 
 /// The pictures of a report, all of the same view.
 struct ReportPictures {
     int width = 0;
     int height = 0;
-    float amplification = 0.0f;              ///< of differences
-    CandidatePicture reference;              ///< exact, with as high a quality as pictures can wait for
-    std::vector<CandidatePicture> frontier;  ///< of the middle radius, the fastest first
-    std::size_t frontier_size = 0;           ///< how many there are, with and without picture
-    std::vector<CandidatePicture> radii;     ///< what is recommended of each radius and of caches, if several
+    float amplification = 0.0f;  ///< of differences
+    /// What is recommended of each radius and of caches, beside lamps of many rays; empty if there is but
+    /// one.
+    PictureStrip kinds;
+    PictureStrip meshes;  ///< frontier of the middle radius, the fastest first, beside an exact mesh
+    PictureStrip caches;  ///< frontier of caches, the fastest first, beside the same lamps
 };
 
 /// Renders them with a progress bar each, and keeps them as PNG files in the folder. Throws

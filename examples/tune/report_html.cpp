@@ -103,52 +103,94 @@ std::string picture_element(const std::string& png, const ReportPictures& pictur
 }
 
 std::string picture_figure(const Report& report, const ReportPictures& pictures,
-                           const CandidatePicture& shown, bool name_radius) {
+                           const CandidatePicture& shown, bool beside_lamps) {
     const tune::Measurement& m = shown.measurement;
-    std::string name = tune::describe(m.candidate);
-    if (!name_radius && !tune::is_cache(m.candidate))
-        name.erase(0, name.find(", ") + 2);
+    const std::string name = tune::describe(m.candidate);
     const bool chosen = is_chosen(report, m.candidate);
     std::string html = chosen ? "<figure class=\"chosen\">" : "<figure>";
-    html += picture_element(shown.picture, pictures, "The view with " + name);
-    if (!shown.difference.empty())
-        html += picture_element(shown.difference, pictures,
-                                "Its difference to the reference, amplified and negated");
+    html +=
+        picture_element(shown.picture, pictures, "The view with " + name) +
+        picture_element(shown.difference, pictures, "Its difference to the reference, amplified and negated");
     html += "<figcaption><b>" + escaped(name) + (chosen ? " <span class=\"badge\">recommended</span>" : "") +
             "</b>" + seconds_text(frame_seconds(report, m, report.wishes.frame)) + " a frame, error " +
-            percent_text(m.mean_absolute_error) + ", " + megabytes_text(m.frame.bytes) +
+            (beside_lamps ? "to lamps " + percent_text(m.lamp_error) : percent_text(m.mean_absolute_error)) +
+            ", of the picture " + percent_text(shown.mean_difference) + ", " + megabytes_text(m.frame.bytes) +
             "</figcaption></figure>";
     return html;
 }
 
-std::string radius_section(const Report& report, const ReportPictures& pictures) {
-    if (pictures.radii.empty())
-        return {};
-    std::string html =
-        "<section><h2>Which shadows?</h2><p>A light mesh blurs all shadows by its radius: the greater, the "
-        "softer, and the cheaper to fill. A visibility cache shows the penumbrae of the lamps, sharp where "
-        "things touch. Each with the settings that are recommended for it:</p><div class=\"strip\">";
-    for (const CandidatePicture& shown : pictures.radii)
-        html += picture_figure(report, pictures, shown, true);
-    return html + "</div></section>";
+/// The reference, and the pictures that are compared with it.
+std::string picture_strip(const Report& report, const ReportPictures& pictures, const PictureStrip& strip,
+                          bool beside_lamps) {
+    const std::string name = escaped(strip.reference_name);
+    std::string html = "<div class=\"strip\"><figure>" +
+                       picture_element(strip.reference, pictures, "The reference: " + strip.reference_name) +
+                       "<figcaption><b>Reference of the pictures</b>" + name + "</figcaption></figure>";
+    for (const CandidatePicture& shown : strip.pictures)
+        html += picture_figure(report, pictures, shown, beside_lamps);
+    return html + "</div>";
 }
 
-std::string frontier_section(const Report& report, const ReportPictures& pictures) {
-    std::ostringstream html;
-    html << "<section><h2>Faster, or more exact</h2><p>The candidates of radius "
-         << shortest_text(report.tuning.middle_radius) << " that nothing beats in both time and error";
-    if (pictures.frontier.size() < pictures.frontier_size)
-        html << " (" << pictures.frontier.size() << " of " << pictures.frontier_size << ")";
-    html << ", the fastest first; with each picture its difference to the reference, "
-         << pictures.amplification
-         << " times amplified and negated: white where they are equal.</p><div class=\"strip\">";
-    const std::string name = tune::describe(pictures.reference.measurement.candidate);
-    html << "<figure>" << picture_element(pictures.reference.picture, pictures, "The reference: " + name)
-         << "<figcaption><b>Reference of the pictures</b>" << escaped(name) << "</figcaption></figure>";
-    for (const CandidatePicture& shown : pictures.frontier)
-        html << picture_figure(report, pictures, shown, false);
-    html << "</div></section>";
-    return html.str();
+std::string differences_text(const ReportPictures& pictures) {
+    std::ostringstream text;
+    text << "with each picture its difference to the reference, " << pictures.amplification
+         << " times amplified and negated: white where they are equal.";
+    return text.str();
+}
+
+/// Which of the two kinds wins, where both were tried.
+std::string verdict_text(const Report& report) {
+    const tune::Recommendation& recommended = report.recommended;
+    if (!recommended.choice || !recommended.other)
+        return {};
+    const tune::Measurement& choice = *recommended.choice;
+    const tune::Measurement& other = *recommended.other;
+    const bool takes_cache = tune::is_cache(choice.candidate);
+    return "<p id=\"verdict\"><b>" +
+           std::string(takes_cache ? "Here a cache does better than a mesh: "
+                                   : "Here a mesh does better than a cache: ") +
+           "</b>" + escaped(tune::describe(choice.candidate)) + " is off by " +
+           percent_text(choice.lamp_error) + " and takes " +
+           seconds_text(frame_seconds(report, choice, report.wishes.frame)) + " a frame, " +
+           escaped(tune::describe(other.candidate)) + " " + percent_text(other.lamp_error) + " and " +
+           seconds_text(frame_seconds(report, other, report.wishes.frame)) +
+           " (errors are to lamps of their sizes).</p>";
+}
+
+std::string kinds_section(const Report& report, const ReportPictures& pictures) {
+    if (pictures.kinds.pictures.empty())
+        return {};
+    return "<section><h2>" +
+           std::string(pictures.caches.pictures.empty() ? "Which radius?" : "Cache or mesh?") + "</h2>" +
+           verdict_text(report) +
+           "<p>A visibility cache shows the penumbrae of the lamps, sharp where things touch. A light mesh "
+           "blurs all shadows by its radius: the greater, the softer, and the cheaper to fill. Each with the "
+           "settings that are recommended for it, beside the lamps themselves; " +
+           differences_text(pictures) + "</p>" + picture_strip(report, pictures, pictures.kinds, true) +
+           "</section>";
+}
+
+/// "3 of 12", or nothing where all of them are shown.
+std::string shown_text(const PictureStrip& strip) {
+    if (strip.pictures.size() == strip.candidates)
+        return {};
+    return " (" + std::to_string(strip.pictures.size()) + " of " + std::to_string(strip.candidates) + ")";
+}
+
+std::string frontier_sections(const Report& report, const ReportPictures& pictures) {
+    std::string html;
+    const auto add = [&](const std::string& title, const std::string& which, const PictureStrip& strip,
+                         bool beside_lamps) {
+        if (!strip.pictures.empty())
+            html += "<section><h2>" + title + "</h2><p>" + which +
+                    " that nothing beats in both time and error" + shown_text(strip) +
+                    ", the fastest first; " + differences_text(pictures) + "</p>" +
+                    picture_strip(report, pictures, strip, beside_lamps) + "</section>\n";
+    };
+    add("Caches: faster, or more exact", "The caches", pictures.caches, true);
+    add("Meshes: faster, or more exact", "The meshes of radius " + shortest_text(report.tuning.middle_radius),
+        pictures.meshes, false);
+    return html;
 }
 
 std::string plot_section(const Report& report) {
@@ -282,8 +324,8 @@ std::string facts_section(const Report& report) {
         reference_text(report);
     if (const auto& advice = report.tuning.advice)
         html +=
-            "<p>The radius comes from the scene: " + std::to_string(advice->shadowed) + " of " +
-            std::to_string(advice->pairs) +
+            "<p>The radius comes from the scene: at " + grouped(advice->points) +
+            " points, spread over the view, " + grouped(advice->shadowed) + " of " + grouped(advice->pairs) +
             " pairs of a point and a light are in shadow, and lamps of middling size would throw penumbrae " +
             escaped(fixed(advice->penumbra_width, 2)) + " wide (median).</p>";
     html += "<dl class=\"facts\">";
@@ -310,7 +352,7 @@ std::string to_html(const Report& report, const std::optional<ReportPictures>& p
         html += "<p><b>The run was interrupted: some candidates are missing.</b></p>";
     html += advice_section(report) + "\n";
     if (pictures)
-        html += radius_section(report, *pictures) + "\n" + frontier_section(report, *pictures) + "\n";
+        html += kinds_section(report, *pictures) + "\n" + frontier_sections(report, *pictures);
     html += plot_section(report) + "\n" + table_section(report) + "\n" + facts_section(report) +
             "</main>\n<script>" + report_js + "</script></body></html>\n";
     return html;

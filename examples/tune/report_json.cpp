@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Of this file's layout.
-constexpr int format_number = 2;
+constexpr int format_number = 3;
 
 constexpr std::array short_tests{lightmesh::ShortTest::none, lightmesh::ShortTest::linked,
                                  lightmesh::ShortTest::exact};
@@ -47,7 +47,8 @@ Json to_json_value(const tune::Candidate& c) {
             {"shadow_map_size", c.shadow_map_size},
             {"spacing", readable(c.spacing)},
             {"detail", c.detail},
-            {"lamp_rays", c.lamp_rays}};
+            {"lamp_rays", c.lamp_rays},
+            {"shaft_rows", c.shaft_rows}};
 }
 
 tune::Candidate candidate_from(const Json& json) {
@@ -58,7 +59,8 @@ tune::Candidate candidate_from(const Json& json) {
             json.at("shadow_map_size").get<int>(),
             json.at("spacing").get<float>(),
             json.at("detail").get<int>(),
-            json.at("lamp_rays").get<int>()};
+            json.at("lamp_rays").get<int>(),
+            json.at("shaft_rows").get<bool>()};
 }
 
 /// Calls visit(name, member) for all members of a measurement but candidate, reference and frame.
@@ -148,6 +150,8 @@ Json to_json_value(const tune::Recommendation& recommendation) {
         json["candidate"] = to_json_value(recommendation.choice->candidate);
         json["settings"] = tune::to_source(recommendation.choice->candidate);
     }
+    if (recommendation.other)
+        json["held_against"] = to_json_value(recommendation.other->candidate);
     return json;
 }
 
@@ -178,6 +182,7 @@ std::string to_json(const Report& report) {
     if (const auto& advice = report.tuning.advice)
         json["radius_advice"] = {{"radius", readable(advice->radius)},
                                  {"penumbra_width", advice->penumbra_width},
+                                 {"points", advice->points},
                                  {"pairs", advice->pairs},
                                  {"shadowed", advice->shadowed}};
     json["shadow_ray_ns_per_point"] = report.tuning.shadow_ray_ns_per_point;

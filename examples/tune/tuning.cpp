@@ -113,8 +113,9 @@ void choose_radii(const Subject& subject, const TuneOptions& options, Tuning& tu
     tuning.advice = tune::suggest_radii(subject, options.lamp_angle);
     radii = tuning.advice->radii;
     tuning.middle_radius = tuning.advice->radius;
-    std::cout << "radius: " << tuning.advice->shadowed << " of " << tuning.advice->pairs
-              << " points and lights are in shadow; lamps of " << options.lamp_angle
+    std::cout << "radius: at " << grouped(tuning.advice->points) << " points "
+              << grouped(tuning.advice->shadowed) << " of " << grouped(tuning.advice->pairs)
+              << " pairs of a point and a light are in shadow; lamps of " << options.lamp_angle
               << " rad would throw penumbrae " << fixed(tuning.advice->penumbra_width, 2)
               << " wide: r = " << tune::shortest_text(tuning.middle_radius) << "\n";
     if (tuning.advice->shadowed == 0)

@@ -22,11 +22,12 @@ struct Candidate {
     ShortTest short_test = ShortTest::linked;  ///< how V(P, x) is found
     LongTest long_test = LongTest::rays;       ///< how V(L, x) is found
     int shadow_map_size = 0;  ///< texels to a side, for shadow maps; 0 for all other long tests
-    /// g, world units: as `CacheSettings::spacing`. 0: a light mesh, for which the next two say nothing. Else
-    /// a cache, for which all of the above says nothing; `make_candidates` leaves 0 there.
+    /// g, world units: as `CacheSettings::spacing`. 0: a light mesh, for which the next three say nothing.
+    /// Else a cache, for which all of the above says nothing; `make_candidates` leaves 0 there.
     float spacing = 0.0f;
-    int detail = 0;     ///< as `CacheSettings::detail`
-    int lamp_rays = 0;  ///< as `CacheSettings::lamp_rays`
+    int detail = 0;          ///< as `CacheSettings::detail`
+    int lamp_rays = 0;       ///< as `CacheSettings::lamp_rays`
+    bool shaft_rows = true;  ///< as `CacheSettings::shaft_rows`
 
     /// Equal in all members.
     bool operator==(const Candidate&) const = default;
@@ -48,7 +49,7 @@ inline bool uses_shadow_maps(LongTest long_test) {
 }
 
 /// The values that a grid of candidates is made of: every combination of the first five members' values for
-/// light meshes, and of the last three for caches.
+/// light meshes, and of the last four for caches.
 struct Choices {
     std::vector<float> radii{};                            ///< world units; `suggest_radii` has an idea
     std::vector<float> qualities{2.0f, 3.0f, 4.0f, 6.0f};  ///< in [1, 16]
@@ -59,6 +60,7 @@ struct Choices {
     std::vector<float> spacings{};       ///< g of caches, world units: a quarter of a radius is a good start
     std::vector<int> details{2, 3};      ///< halvings of g
     std::vector<int> lamp_rays{16, 64};  ///< in [1, 256]
+    std::vector<bool> shaft_rows{true};  ///< as `CacheSettings::shaft_rows`
 };
 
 /// All combinations, radius by radius; within a radius the qualities rise. Caches come last.
@@ -74,17 +76,22 @@ inline std::vector<Candidate> make_candidates(const Choices& choices) {
     for (const float spacing : choices.spacings)
         for (const int detail : choices.details)
             for (const int rays : choices.lamp_rays)
-                candidates.push_back({.radius = 0.0f,
-                                      .quality = 0.0f,
-                                      .spacing = spacing,
-                                      .detail = detail,
-                                      .lamp_rays = rays});
+                for (const bool shaft_rows : choices.shaft_rows)
+                    candidates.push_back({.radius = 0.0f,
+                                          .quality = 0.0f,
+                                          .spacing = spacing,
+                                          .detail = detail,
+                                          .lamp_rays = rays,
+                                          .shaft_rows = shaft_rows});
     return candidates;
 }
 
 /// The settings of a cache.
 inline CacheSettings cache_settings_of(const Candidate& candidate) {
-    return {.spacing = candidate.spacing, .detail = candidate.detail, .lamp_rays = candidate.lamp_rays};
+    return {.spacing = candidate.spacing,
+            .detail = candidate.detail,
+            .lamp_rays = candidate.lamp_rays,
+            .shaft_rows = candidate.shaft_rows};
 }
 
 /// The settings of a light mesh; `base` has what candidates leave open (origin, scene bounds).
@@ -151,11 +158,13 @@ inline std::string to_source(float value) {
 
 }  // namespace detail
 
-/// For people: "r 3, q 4, linked, shadow maps 1024" or "cache, g 0.25, detail 3, 64 lamp rays".
+/// For people: "r 3, q 4, linked, shadow maps 1024" or "cache, g 0.25, detail 3, 64 lamp rays", with "no
+/// shaft rows" where there are none.
 inline std::string describe(const Candidate& candidate) {
     if (is_cache(candidate))
         return "cache, g " + shortest_text(candidate.spacing) + ", detail " +
-               std::to_string(candidate.detail) + ", " + std::to_string(candidate.lamp_rays) + " lamp rays";
+               std::to_string(candidate.detail) + ", " + std::to_string(candidate.lamp_rays) + " lamp rays" +
+               (candidate.shaft_rows ? "" : ", no shaft rows");
     std::string text = "r " + shortest_text(candidate.radius) + ", q " + shortest_text(candidate.quality) +
                        ", " + name_of(candidate.short_test) + ", " + name_of(candidate.long_test);
     if (uses_shadow_maps(candidate.long_test))
@@ -169,7 +178,8 @@ inline std::string to_source(const Candidate& candidate) {
     if (is_cache(candidate))
         return "lightmesh::CacheSettings{.spacing = " + detail::to_source(candidate.spacing) +
                ", .detail = " + std::to_string(candidate.detail) +
-               ", .lamp_rays = " + std::to_string(candidate.lamp_rays) + "}";
+               ", .lamp_rays = " + std::to_string(candidate.lamp_rays) +
+               (candidate.shaft_rows ? "}" : ", .shaft_rows = false}");
     std::string text = "lightmesh::Settings{.radius = " + detail::to_source(candidate.radius) +
                        ", .quality = " + detail::to_source(candidate.quality) +
                        ", .short_test = lightmesh::ShortTest::" + name_of(candidate.short_test);

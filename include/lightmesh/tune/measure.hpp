@@ -43,7 +43,8 @@ struct Measurement {
     double cold_ns_per_point = 0.0;    ///< from an empty mesh, all that fills it included
     double warm_ns_per_point = 0.0;    ///< all lights, the mesh being filled
     double setup_seconds = 0.0;        ///< of the cold time what is paid once: mostly shadow maps
-    /// To light points, and to lights where a point sees none of them; a cache does not count its own.
+    /// From points, which nothing keeps: to light points or lattice points, and to lights where these say
+    /// nothing. Of the pass that fills mesh or cache.
     double short_rays_per_point = 0.0;
     std::uint64_t long_rays = 0;   ///< for V(L, x), or from records to lamps; all samples together
     std::uint64_t link_rays = 0;   ///< between light points, or lattice points, and to find records; the same
@@ -67,6 +68,7 @@ struct Held {
     std::size_t bytes = 0;
     std::uint64_t long_rays = 0;
     std::uint64_t link_rays = 0;
+    std::uint64_t point_rays = 0;  ///< of a cache; those of meshes are in `QueryStatistics`
 };
 
 /// The samples, as a light mesh is asked for them.
@@ -83,7 +85,7 @@ public:
     }
     Held held() const {
         const MeshStatistics now = mesh_.statistics();
-        return {now.light_points, now.bytes, now.long_rays, now.link_rays};
+        return {now.light_points, now.bytes, now.long_rays, now.link_rays, 0};
     }
 
 private:
@@ -107,7 +109,7 @@ public:
     }
     Held held() const {
         const CacheStatistics now = cache_.statistics();
-        return {now.records, now.bytes, now.lamp_rays, now.drop_rays + now.link_rays};
+        return {now.records, now.bytes, now.lamp_rays, now.drop_rays + now.link_rays, now.point_rays};
     }
 
 private:
@@ -232,7 +234,8 @@ void measure_times(const Queries& queries, const Making& making, const RendererC
     m.warm_ns_per_point = timing.warm_seconds * ns;
     m.setup_seconds = making.seconds + timing.setup_seconds;
     m.short_rays_per_point =
-        static_cast<double>(timing.cost.short_rays + timing.cost.shadow_rays) / static_cast<double>(m.points);
+        static_cast<double>(timing.cost.short_rays + timing.cost.shadow_rays + timing.held.point_rays) /
+        static_cast<double>(m.points);
     m.long_rays = timing.held.long_rays;
     m.link_rays = timing.held.link_rays;
     m.light_points = timing.held.light_points;

@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,7 +28,8 @@ struct RadiusAdvice {
     std::vector<float> radii;     ///< half of it, `radius`, twice of it; world units
     float radius = 0.0f;          ///< rounded to 1, 1.5, 2, 3, 5 or 7 times a power of ten
     double penumbra_width = 0.0;  ///< median over the shadowed pairs, world units; 0 if there are none
-    std::size_t pairs = 0;        ///< of a point and a light that could reach it
+    std::size_t points = 0;       ///< of the frame, or of the samples, that were looked at
+    std::size_t pairs = 0;        ///< of one of these and a light that could reach it
     std::size_t shadowed = 0;     ///< those of them with something between
 };
 
@@ -68,6 +70,15 @@ double first_blocker(const Tracer& tracer, const Segment& segment, double start)
     return blocked;
 }
 
+/// For `count` things in a row: multiples of this, modulo `count`, meet all parts of the row before any thing
+/// that lies close to one before, and each thing once. By the golden ratio.
+inline std::size_t golden_stride(std::size_t count) {
+    auto stride = static_cast<std::size_t>(0.6180339887498949 * static_cast<double>(count)) + 1;
+    while (std::gcd(stride, count) != 1)
+        ++stride;
+    return stride;
+}
+
 /// The median; `values` are not empty.
 inline double median(std::vector<double> values) {
     const auto centre = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -87,11 +98,13 @@ inline double median(std::vector<double> values) {
 /// pictures have, and those of this project's scenes. A smaller one gives crisper shadows, which cost more:
 /// light points grow with 1 / r^2. A directional light, for which D is infinite, gives r = lamp_angle * d.
 ///
-/// d and D are measured: for up to 4,096 pairs of a point and a light that can reach it, spread over all
-/// points of the frame, if the samples have them, else over the samples, the blocker nearest to the surface
+/// d and D are measured at 4,096 points that a light can reach, spread over all points of the frame, if the
+/// samples have them, else over the samples; where there are fewer, at all of them, with 4,096 pairs of a
+/// point and a light. For each such pair, of which most points have one, the blocker nearest to the surface
 /// is searched with some 20 rays. The radius is the median over the pairs that have one. It is kept between
 /// 1/500 and 1/20 of the diagonal of the samples' box: below that a shadow is as good as hard, above it is no
-/// shadow. Without any shadow (`RadiusAdvice::shadowed` is 0) it is 1/100 of the diagonal.
+/// shadow. Without any shadow (`RadiusAdvice::shadowed` is 0) it is 1/100 of the diagonal. No more than
+/// 32,768 pairs are tried, for views that few lights reach.
 ///
 /// `lamp_angle` in radians, finite, greater than 0; else std::invalid_argument, as also if all samples lie on
 /// one point.
@@ -104,25 +117,28 @@ RadiusAdvice suggest_radii(const Subject<Tracer, Sources...>& subject, double la
     detail::require(diagonal > 0.0f, "the diagonal of the samples' box", diagonal, "greater than 0");
     const ShadowRays rays(subject.lights(), subject.resolution());
     const auto size = static_cast<double>(diagonal);
-    constexpr std::size_t most_pairs = 4096;
+    constexpr std::size_t enough = 4096;  // of points, and of pairs
     const bool has_frame = !samples.frame_points.empty();
     const std::span<const glm::vec3> points = has_frame ? samples.frame_points : samples.points;
     const std::span<const glm::vec3> normals = has_frame ? samples.frame_normals : samples.normals;
     const std::size_t all = points.size() * rays.size();
-    const std::size_t tried = (std::min)(all, 8 * most_pairs);
+    const std::size_t tried = (std::min)(all, 8 * enough);
+    const std::size_t stride = detail::golden_stride(all);
+    const std::size_t enough_points = (std::min)(points.size(), enough);
     RadiusAdvice advice;
+    std::vector<bool> is_counted(points.size());
     std::vector<double> radii;
-    for (std::size_t k = 0; k < tried && advice.pairs < most_pairs; ++k) {
-        // By the golden ratio: all parts of the frame before any that lies close to one before.
-        const double share = std::fmod(static_cast<double>(k) * 0.6180339887498949, 1.0);
-        const std::size_t pair =
-            tried == all ? k : static_cast<std::size_t>(share * static_cast<double>(all));
+    for (std::size_t k = 0; k < tried && (advice.pairs < enough || advice.points < enough_points); ++k) {
+        const std::size_t pair = k * stride % all;
         const std::size_t light = pair % rays.size();
-        const glm::vec3& point = points[pair / rays.size()];
-        const glm::vec3& normal = normals[pair / rays.size()];
+        const std::size_t place = pair / rays.size();
+        const glm::vec3& point = points[place];
+        const glm::vec3& normal = normals[place];
         if (!rays.can_light(light, point, normal))
             continue;
         ++advice.pairs;
+        advice.points += is_counted[place] ? 0u : 1u;
+        is_counted[place] = true;
         const Segment segment = rays.segment(light, point, normal);
         if (!subject.tracer().occluded(segment))
             continue;

@@ -52,7 +52,10 @@ inline constexpr double invisible_error = 1.0 / 255.0;
 /// The choice, and why.
 struct Recommendation {
     std::optional<Measurement> choice;  ///< nothing if no candidate is good enough
-    std::string reason;                 ///< for people, one or two sentences
+    std::string reason;                 ///< for people, one to three sentences
+    /// What `choice` was held against: the best mesh if that is a cache, the best cache if it is a mesh.
+    /// Nothing where only one of the two was measured, or keeps within the limits.
+    std::optional<Measurement> other{};
 };
 
 /// Seconds of one thread for a frame of a candidate.
@@ -266,11 +269,12 @@ inline Recommendation better_of(const Recommendation& mesh, const Recommendation
         return rounded(100.0 * error) + " %";
     };
     const double times = frame_seconds(*result.choice, wishes.frame) / frame_seconds(other, wishes.frame);
-    result.reason +=
-        std::string(takes_cache ? " A cache rather than a mesh (" : " A mesh rather than a cache (") +
-        describe(other.candidate) + "): to lamps of their sizes its error is " +
-        percent(result.choice->lamp_error) + ", that of the other " + percent(other.lamp_error) + ", at " +
-        rounded(times) + " times its time.";
+    result.reason += std::string(takes_cache ? " Take a cache rather than a mesh: the best mesh ("
+                                             : " Take a mesh rather than a cache: the best cache (") +
+                     describe(other.candidate) + ") differs from lamps of their sizes by " +
+                     percent(other.lamp_error) + ", this one by " + percent(result.choice->lamp_error) +
+                     ", in " + rounded(times) + " times the time.";
+    result.other = other;
     return result;
 }
 
@@ -283,8 +287,8 @@ inline Recommendation better_of(const Recommendation& mesh, const Recommendation
 /// than they gain of the other (an error below `invisible_error` counts as that); or the most exact if none
 /// is that exact. Then the chosen mesh and the chosen cache are held against each other: the less product of
 /// time and `Measurement::lamp_error` wins, or where only the time is limited the less lamp error; the reason
-/// says by how much. Measurements that are not finite are never chosen. Without `Wishes::radius`, all radii
-/// compete, each with the error to its own reference.
+/// says by how much, and `Recommendation::other` is the one that lost. Measurements that are not finite are
+/// never chosen. Without `Wishes::radius`, all radii compete, each with the error to its own reference.
 ///
 /// Throws std::invalid_argument that names the value for a wish that is NaN, negative or (but for the error)
 /// 0.
