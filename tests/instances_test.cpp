@@ -169,7 +169,7 @@ TEST_CASE("demo: what knows only triangles in their places refuses instances by 
         CHECK(all.low[axis] <= exact.low[axis]);
         CHECK(all.high[axis] >= exact.high[axis]);
     }
-    CHECK(diagonal_of(all) < 1.3f * diagonal_of(exact));
+    CHECK(demo::diagonal_of(all) < 1.3f * demo::diagonal_of(exact));
     demo::Scene other = scene;
     other.instances.pop_back();
     CHECK(demo::difference(scene, other).is_another_scene);

@@ -185,9 +185,9 @@ TEST_CASE("spread lights cover the scene evenly, above its ground") {
     int quarter[2][2] = {};
     for (const demo::SceneLight& light : scene.lights) {
         const glm::vec3 p = position_of(light);
-        ++quarter[p.x > centre_of(bounds).x ? 1 : 0][p.y > centre_of(bounds).y ? 1 : 0];
+        ++quarter[p.x > demo::centre_of(bounds).x ? 1 : 0][p.y > demo::centre_of(bounds).y ? 1 : 0];
         CHECK(p.z > 0.0f);
-        CHECK(p.z < bounds.high.z + 0.05f * diagonal_of(bounds));
+        CHECK(p.z < bounds.high.z + 0.05f * demo::diagonal_of(bounds));
     }
     for (const auto& row : quarter) {
         for (const int count : row) {
