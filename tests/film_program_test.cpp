@@ -68,8 +68,9 @@ TEST_CASE("lightmesh-render film: frames are the same by any number of threads, 
     const Finished ran = film(folder, spheres + "--frames 4 --threads 2 -o " + (folder / "a/of/it").string());
     REQUIRE_MESSAGE(ran.status == 0, ran.errors);
     CHECK(ran.errors.empty());
-    for (const char* row : {"algorithm", "cache", "frames rendered", "4", "seconds: first frame",
-                            "seconds: each frame after it", "frames: "})
+    for (const char* row :
+         {"algorithm", "cache", "radius r", "quality q", "spacing g", "lamp radius", "frames rendered", "4",
+          "seconds: first frame", "seconds: each frame after it", "frames: "})
         CHECK_MESSAGE(ran.output.find(row) != std::string::npos, row);
     CHECK(std::filesystem::exists(folder / "a/of/it/film.txt"));
     CHECK_FALSE(std::filesystem::exists(frame(folder, "a/of/it", 5)));
@@ -265,6 +266,10 @@ TEST_CASE("lightmesh-render film --on gpu: the pictures of picture --on gpu, fro
         test::run(folder, LIGHTMESH_RENDER " picture spheres -a whitted --on gpu --width 48 --height 36 -o " +
                               (folder / "still.png").string());
     REQUIRE_MESSAGE(picture.status == 0, picture.errors);
+    for (const char* row : {"radius r", "quality q", "spacing g", "lamp radius"}) {
+        CHECK_MESSAGE(begun.output.find(row) != std::string::npos, row);
+        CHECK_MESSAGE(picture.output.find(row) != std::string::npos, row);
+    }
     CHECK(demo::read_file(folder / "still.png") == demo::read_file(frame(folder, "film", 1)));
     const Finished by_cpu = film(folder, "spheres -a whitted --frames 4" + tiny + "-o " + out);
     CHECK(by_cpu.status == 1);

@@ -13,8 +13,11 @@
 #include <glm/vector_relational.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace render_program_test {
 
@@ -126,6 +129,19 @@ TEST_CASE("lightmesh-render compare: by default the cache beside hard shadows, r
     for (const char* part :
          {"r 4.5, q 6, g 1.125, lamp radius 6,", "differences are to area", "\ncache ", "\nlinked "})
         CHECK_MESSAGE(ran.output.find(part) != std::string::npos, part);
+    // Rays that it takes at points themselves, which nothing keeps, and those that it keeps.
+    const auto numbers_of = [&](const std::string& algorithm) {
+        std::istringstream row(ran.output.substr(ran.output.find("\n" + algorithm + " ") + 1));
+        std::vector<std::string> cells;
+        for (std::string cell; cells.size() < 6 && row >> cell;)
+            cells.push_back(cell);
+        return cells;
+    };
+    CHECK(ran.output.find("rays from points  rays kept") != std::string::npos);
+    REQUIRE(numbers_of("cache").size() == 6);
+    CHECK(numbers_of("cache")[4] != "0");
+    CHECK(numbers_of("cache")[5].size() > 6);
+    CHECK(numbers_of("whitted")[5] == "-");
     // The same lamps: what the cache finds is what rays find.
     const double of_cache = demo::mean_absolute_difference(made("cache"), made("area"));
     CHECK(of_cache < 0.002);
@@ -137,8 +153,9 @@ TEST_CASE("lightmesh-render tables: a table of the paper") {
     const TemporaryFolder folder;
     const Finished ran = render(folder, "tables spheres --area-samples 2" + tiny_tables);
     REQUIRE_MESSAGE(ran.status == 0, ran.errors);
-    for (const char* part : {"spheres, q=6", "r=5.5, map 512", "LMM+ATK", "Express LMM+ATK", "LMM+ATO",
-                             "Linked LMM", "Whitted (hard)", "area lights", "visibility cache", "(42.6)"})
+    for (const char* part :
+         {"spheres, q=6", "r=5.5, map 512, g 1.375", "LMM+ATK", "Express LMM+ATK", "LMM+ATO", "Linked LMM",
+          "Whitted (hard)", "area lights", "visibility cache", "(42.6)"})
         CHECK_MESSAGE(ran.output.find(part) != std::string::npos, part);
 }
 

@@ -83,14 +83,18 @@ public:
         return found->second;
     }
 
-private:
-    Run render_cell(const std::string& algorithm, const Column& column) const {
+    VisibilityOptions options_at(const Column& column) const {
         VisibilityOptions visibility = visibility_options(options_, scene_.scene());
         visibility.settings.radius = column.radius;
         visibility.settings.quality = table_.quality;
         visibility.settings.shadow_map_size = column.map_size;
         visibility.settings.footprint_scale = 0.0f;  // the paper has no levels
-        return run(algorithm, scene_, visibility, options_.render);
+        return visibility;
+    }
+
+private:
+    Run render_cell(const std::string& algorithm, const Column& column) const {
+        return run(algorithm, scene_, options_at(column), options_.render);
     }
 
     const PaperTable& table_;
@@ -114,7 +118,8 @@ bool print_table(const PaperTable& table, CommonOptions options) {
     std::vector<std::string> header{scene.name + ", q=" + fixed(static_cast<double>(table.quality), 0)};
     for (const Column& column : table.columns)
         header.push_back("r=" + fixed(static_cast<double>(column.radius), 1) + ", map " +
-                         std::to_string(column.map_size));
+                         std::to_string(column.map_size) + ", g " +
+                         number(cache_settings_of(cells.options_at(column)).spacing));
     text.add_row(header);
     text.add_rule();
     for (const PaperRow& row : table.rows) {
