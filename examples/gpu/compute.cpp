@@ -63,6 +63,13 @@ void wait_for_everything_before(const vk::raii::CommandBuffer& commands) {
 
 // ---- the device
 
+/// A shader made ready, for any buffers of its bindings.
+struct ComputeProgram {
+    std::vector<vk::raii::DescriptorSetLayout> sets;
+    std::optional<vk::raii::PipelineLayout> layout;
+    std::optional<vk::raii::Pipeline> pipeline;
+};
+
 struct ComputeDevice::State {
     explicit State(const ComputeOptions& options)
         : on({.device = options.device, .validate = options.validate, .on_message = options.on_message},
@@ -87,6 +94,10 @@ struct ComputeDevice::State {
     vk::PhysicalDeviceLimits limits;
     std::optional<vk::raii::QueryPool> clock;
     std::optional<vulkan::HostBuffer> staging_buffer;
+    /// By all that they are made of. Drivers take seconds to make one; who renders one picture after the
+    /// other has the same kernels again.
+    std::map<std::vector<std::uint32_t>, std::shared_ptr<const ComputeProgram>> programs;
+    std::mutex programs_busy;
 };
 
 struct ComputeCommands::Recording {
@@ -301,41 +312,71 @@ struct ComputeKernel::State {
 
     void make(std::span<const std::uint32_t> spirv) {
         const vk::raii::Device& on = device.state_->on.device;
-        std::uint32_t set_count = 0;
-        std::map<vk::DescriptorType, std::uint32_t> counts;
-        for (const ComputeBinding& b : bindings) {
-            set_count = (std::max)(set_count, b.set + 1);
-            ++counts[type_of(b)];
+        {
+            const std::scoped_lock lock(device.state_->programs_busy);
+            auto& made = device.state_->programs[key_of(spirv)];
+            if (!made)
+                made = make_program(on, spirv);
+            program = made;
         }
-        std::vector<vk::DescriptorSetLayout> handles;
+        if (program->sets.empty())
+            return;
+        std::map<vk::DescriptorType, std::uint32_t> counts;
+        for (const ComputeBinding& b : bindings)
+            ++counts[type_of(b)];
+        std::vector<vk::DescriptorPoolSize> sizes;
+        for (const auto& [type, count] : counts)
+            sizes.emplace_back(type, count);
+        const std::vector<vk::DescriptorSetLayout> handles = handles_of(program->sets);
+        pool.emplace(on, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
+                                                      static_cast<std::uint32_t>(handles.size()), sizes));
+        sets.emplace(on, vk::DescriptorSetAllocateInfo(**pool, handles));
+        for (const ComputeBinding& b : bindings)
+            point_to(b);
+    }
+
+    /// All that a program is made of.
+    std::vector<std::uint32_t> key_of(std::span<const std::uint32_t> spirv) const {
+        std::vector<std::uint32_t> key(spirv.begin(), spirv.end());
+        for (const ComputeBinding& b : bindings)
+            key.insert(key.end(), {b.set, b.binding, b.is_uniform ? 1u : 0u});
+        key.push_back(static_cast<std::uint32_t>(push_bytes));
+        return key;
+    }
+
+    std::shared_ptr<const ComputeProgram> make_program(const vk::raii::Device& on,
+                                                       std::span<const std::uint32_t> spirv) const {
+        auto made = std::make_shared<ComputeProgram>();
+        std::uint32_t set_count = 0;
+        for (const ComputeBinding& b : bindings)
+            set_count = (std::max)(set_count, b.set + 1);
         for (std::uint32_t set = 0; set < set_count; ++set) {
             std::vector<vk::DescriptorSetLayoutBinding> of_set;
             for (const ComputeBinding& b : bindings)
                 if (b.set == set)
                     of_set.emplace_back(b.binding, type_of(b), 1, vk::ShaderStageFlagBits::eCompute);
-            layouts.emplace_back(on, vk::DescriptorSetLayoutCreateInfo().setBindings(of_set));
-            handles.push_back(*layouts.back());
+            made->sets.emplace_back(on, vk::DescriptorSetLayoutCreateInfo().setBindings(of_set));
         }
+        const std::vector<vk::DescriptorSetLayout> handles = handles_of(made->sets);
         auto layout_info = vk::PipelineLayoutCreateInfo().setSetLayouts(handles);
         const vk::PushConstantRange range(vk::ShaderStageFlagBits::eCompute, 0,
                                           static_cast<std::uint32_t>(push_bytes));
         if (push_bytes != 0)
             layout_info.setPushConstantRanges(range);
-        layout.emplace(on, layout_info);
+        made->layout.emplace(on, layout_info);
         const vk::raii::ShaderModule shader(on,
                                             vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
         const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *shader, "main");
-        pipeline.emplace(on, nullptr, vk::ComputePipelineCreateInfo({}, stage, **layout));
-        if (set_count == 0)
-            return;
-        std::vector<vk::DescriptorPoolSize> sizes;
-        for (const auto& [type, count] : counts)
-            sizes.emplace_back(type, count);
-        pool.emplace(on, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
-                                                      set_count, sizes));
-        sets.emplace(on, vk::DescriptorSetAllocateInfo(**pool, handles));
-        for (const ComputeBinding& b : bindings)
-            point_to(b);
+        made->pipeline.emplace(on, nullptr, vk::ComputePipelineCreateInfo({}, stage, **made->layout));
+        return made;
+    }
+
+    static std::vector<vk::DescriptorSetLayout>
+    handles_of(std::span<const vk::raii::DescriptorSetLayout> layouts) {
+        std::vector<vk::DescriptorSetLayout> handles;
+        for (const vk::raii::DescriptorSetLayout& layout : layouts)
+            handles.push_back(*layout);
+        return handles;
     }
 
     void point_to(const ComputeBinding& b) const {
@@ -352,9 +393,7 @@ struct ComputeKernel::State {
     ComputeDevice device;
     std::vector<ComputeBinding> bindings;  ///< they keep the buffers alive
     std::size_t push_bytes;
-    std::vector<vk::raii::DescriptorSetLayout> layouts;
-    std::optional<vk::raii::PipelineLayout> layout;
-    std::optional<vk::raii::Pipeline> pipeline;
+    std::shared_ptr<const ComputeProgram> program;
     std::optional<vk::raii::DescriptorPool> pool;
     std::optional<vk::raii::DescriptorSets> sets;
 };
@@ -379,20 +418,19 @@ void ComputeKernel::bind(const ComputeBinding& binding) const {
 
 namespace {
 
-void begin_dispatch(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& pipeline,
-                    const vk::raii::PipelineLayout& layout, const vk::raii::DescriptorSets* sets,
-                    std::span<const std::byte> push) {
+void begin_dispatch(const vk::raii::CommandBuffer& commands, const ComputeProgram& program,
+                    const vk::raii::DescriptorSets* sets, std::span<const std::byte> push) {
     wait_for_everything_before(commands);
-    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
+    commands.bindPipeline(vk::PipelineBindPoint::eCompute, **program.pipeline);
     if (sets != nullptr) {
         std::vector<vk::DescriptorSet> handles;
         for (const vk::raii::DescriptorSet& set : *sets)
             handles.push_back(*set);
-        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, handles, nullptr);
+        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, **program.layout, 0, handles, nullptr);
     }
     if (!push.empty())
         commands.pushConstants<std::byte>(
-            *layout, vk::ShaderStageFlagBits::eCompute, 0,
+            **program.layout, vk::ShaderStageFlagBits::eCompute, 0,
             vk::ArrayProxy<const std::byte>(static_cast<std::uint32_t>(push.size()), push.data()));
 }
 
@@ -407,14 +445,14 @@ void ComputeCommands::dispatch(const ComputeKernel& kernel, std::uint32_t x, std
             std::to_string(most[0]) + " x " + std::to_string(most[1]) + " x " + std::to_string(most[2]) +
             " workgroups, not " + std::to_string(x) + " x " + std::to_string(y) + " x " + std::to_string(z));
     const auto& of = *kernel.state_;
-    begin_dispatch(recording_.commands, *of.pipeline, *of.layout, of.sets ? &*of.sets : nullptr, push);
+    begin_dispatch(recording_.commands, *of.program, of.sets ? &*of.sets : nullptr, push);
     recording_.commands.dispatch(x, y, z);
 }
 
 void ComputeCommands::dispatch_indirect(const ComputeKernel& kernel, const ComputeBuffer& counts,
                                         std::size_t offset, std::span<const std::byte> push) const {
     const auto& of = *kernel.state_;
-    begin_dispatch(recording_.commands, *of.pipeline, *of.layout, of.sets ? &*of.sets : nullptr, push);
+    begin_dispatch(recording_.commands, *of.program, of.sets ? &*of.sets : nullptr, push);
     recording_.commands.dispatchIndirect(*counts.state_->memory.buffer, offset);
 }
 

@@ -112,7 +112,8 @@ struct ComputeBinding {
 class ComputeKernel {
 public:
     /// `spirv` as glslc writes it; main() is run. `push_bytes`: the size of its push constants, a multiple
-    /// of 4, up to 128. Throws std::runtime_error if the device has fewer bindings for a shader than these.
+    /// of 4, up to 128. The device keeps what its driver makes of these, for kernels of the same shader and
+    /// bindings. Throws std::runtime_error if the device has fewer bindings for a shader than these.
     ComputeKernel(const ComputeDevice& device, std::span<const std::uint32_t> spirv,
                   std::span<const ComputeBinding> bindings, std::size_t push_bytes = 0);
 
