@@ -31,7 +31,7 @@ struct ReportPictures {
     int width = 0;
     int height = 0;
     float amplification = 0.0f;  ///< of differences
-    /// What is recommended of each radius and of caches, beside lamps of many rays; empty if there is but
+    /// What is recommended of caches and of each radius, beside lamps of many rays; empty if there is but
     /// one.
     PictureStrip kinds;
     PictureStrip meshes;  ///< frontier of the middle radius, the fastest first, beside an exact mesh

@@ -143,18 +143,17 @@ std::string verdict_text(const Report& report) {
     const tune::Recommendation& recommended = report.recommended;
     if (!recommended.choice || !recommended.other)
         return {};
-    const tune::Measurement& choice = *recommended.choice;
+    const auto name_of_kind = [](const tune::Measurement& m) {
+        return std::string(tune::is_cache(m.candidate) ? "cache" : "mesh");
+    };
+    const auto figures_text = [&](const tune::Measurement& m) {
+        return " is off by " + percent_text(m.lamp_error) + " of full light and takes " +
+               seconds_text(frame_seconds(report, m, report.wishes.frame)) + " a frame";
+    };
     const tune::Measurement& other = *recommended.other;
-    const bool takes_cache = tune::is_cache(choice.candidate);
-    return "<p id=\"verdict\"><b>" +
-           std::string(takes_cache ? "Here a cache does better than a mesh: "
-                                   : "Here a mesh does better than a cache: ") +
-           "</b>" + escaped(tune::describe(choice.candidate)) + " is off by " +
-           percent_text(choice.lamp_error) + " and takes " +
-           seconds_text(frame_seconds(report, choice, report.wishes.frame)) + " a frame, " +
-           escaped(tune::describe(other.candidate)) + " " + percent_text(other.lamp_error) + " and " +
-           seconds_text(frame_seconds(report, other, report.wishes.frame)) +
-           " (errors are to lamps of their sizes).</p>";
+    return "<p><b>Take the " + name_of_kind(*recommended.choice) + ".</b> Held against the lamps, it" +
+           figures_text(*recommended.choice) + "; the best " + name_of_kind(other) + figures_text(other) +
+           ". What weighs is error times time, or the error alone where only time is limited.</p>";
 }
 
 std::string kinds_section(const Report& report, const ReportPictures& pictures) {
