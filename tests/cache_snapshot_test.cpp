@@ -184,7 +184,7 @@ TEST_CASE("cache snapshot: merged into an empty cache it restores all without a 
     }
 }
 
-TEST_CASE("cache snapshot: the same bytes, whoever asked in what order") {
+TEST_CASE("cache snapshot: the same bytes, whichever thread asked in what order") {
     const Work work(70);
     const Cache forwards = work.cache();
     forwards.fill(work.points);

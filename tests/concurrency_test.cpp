@@ -199,7 +199,7 @@ TEST_CASE("a tracer that fails on some threads loses and changes nothing") {
     }
 }
 
-TEST_CASE("statistics may be read while others query") {
+TEST_CASE("statistics may be read while other threads query") {
     const Work work = work_of(ShortTest::none, 20, 25);
     const lightmesh::LightMesh mesh{test::PlainTracer{&work.scene}, work.lights, work.settings};
     std::atomic<bool> done{false};

@@ -14,7 +14,7 @@ namespace made_once_test {
 
 using lightmesh::detail::MadeOnce;
 
-TEST_CASE("what is made once is whole for all who see it") {
+TEST_CASE("what is made once is whole for all threads that see it") {
     MadeOnce<int[]> numbers;
     std::mutex making;
     int made = 0;

@@ -214,7 +214,7 @@ TEST_CASE("a snapshot that is merged twice changes nothing the second time") {
     CHECK(mesh.snapshot() == bytes);
 }
 
-TEST_CASE("meshes that know the same have the same bytes, whoever asked in what order") {
+TEST_CASE("meshes that know the same have the same bytes, whichever thread asked in what order") {
     Work work(ShortTest::linked, 70);
     work.settings.adaptive_long_tests = false;
     const Mesh forwards = work.mesh();

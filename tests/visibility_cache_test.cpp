@@ -198,7 +198,7 @@ TEST_CASE("visibility cache: more lights than a tile cost points no more rays to
             REQUIRE(all[i * lights.size() + l] == expected[i * few + l % few]);
 }
 
-TEST_CASE("visibility cache: shaft rows find the contact shadows of thin legs, in any order") {
+TEST_CASE("visibility cache: shaft rows find the contact shadows of thin legs, in any order, on any thread") {
     std::vector<test::Triangle> scene = floor_scene();
     std::vector<test::SurfacePoint> feet;
     test::Random random(23);
