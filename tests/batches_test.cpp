@@ -60,7 +60,7 @@ struct Work {
         test::Random random(811);
         scene = test::boxes_on_floor(random, 10);
         lights = test::random_lights(random, 70);
-        for (const test::SurfacePoint& p : test::surface_points(random, scene, 30)) {
+        for (const test::SurfacePoint& p : test::surface_points(random, scene, 12)) {
             positions.push_back(p.position);
             normals.push_back(p.normal);
         }
