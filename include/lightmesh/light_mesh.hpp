@@ -17,9 +17,9 @@
 #include <lightmesh/mesh/scene_change.hpp>
 #include <lightmesh/mesh/snapshot_reader.hpp>
 #include <lightmesh/mesh/snapshot_writer.hpp>
+#include <lightmesh/query/block_query.hpp>
 #include <lightmesh/query/level_query.hpp>
 #include <lightmesh/query/point_query.hpp>
-#include <lightmesh/query/block_query.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
