@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
+#include <utility>
 #include <vector>
 
 namespace result_rows_test {
@@ -18,13 +20,15 @@ namespace {
 
 using namespace lightmesh;
 
-/// Lights of small ranges, far apart.
-detail::LightTable table_of(std::size_t count, const Grid& grid) {
+constexpr float without_end = std::numeric_limits<float>::infinity();
+
+/// With a finite range lights are sorted by their places.
+detail::LightTable table_of(std::size_t count, const Grid& grid, float range) {
     test::Random random(3);
     std::vector<Light> lights;
     for (std::size_t i = 0; i < count; ++i)
         lights.push_back(PointLight{.position = glm::vec3(random.in_box(test::Vec(-50.0), test::Vec(50.0))),
-                                    .range = 2.0f});
+                                    .range = range});
     return {lights, grid};
 }
 
@@ -32,16 +36,23 @@ detail::LightTable table_of(std::size_t count, const Grid& grid) {
 
 TEST_CASE("values of a tile come to the lights that stand in its slots, and to one row only") {
     const Grid grid(Settings{.radius = 1.0f});
-    for (const std::size_t count : {5u, 64u, 150u}) {
+    for (const auto& [count, range] : {std::pair<std::size_t, float>(5, 2.0f),
+                                       {64, 2.0f},
+                                       {150, 2.0f},
+                                       {5, without_end},
+                                       {64, without_end},
+                                       {150, without_end}}) {
         CAPTURE(count);
-        const detail::LightTable table = table_of(count, grid);
+        CAPTURE(range);
+        const detail::LightTable table = table_of(count, grid, range);
+        REQUIRE(table.order().is_given() == (range == without_end));
         std::vector<float> all(3 * count, -1.0f);
         const detail::ResultRows rows(table, all);
         detail::QueryPoint point({0, 0, 0}, {0, 0, 1});
         point.row = 1;
         if (rows.begins_with_zeros(point))
             rows.fill(point, 0.0f);
-        CHECK(rows.begins_with_zeros(point) == !table.order().is_given());
+        CHECK(rows.begins_with_zeros(point) == (range != without_end));
         for (std::size_t t = 0; t < table.tile_count(); ++t) {
             std::vector<float> values(detail::lights_per_tile);
             for (std::size_t l = 0; l < values.size(); ++l)
@@ -59,7 +70,7 @@ TEST_CASE("values of a tile come to the lights that stand in its slots, and to o
 
 TEST_CASE("a share of a row is blended with what is there, zeros too") {
     const Grid grid(Settings{.radius = 1.0f});
-    const detail::LightTable table = table_of(70, grid);
+    const detail::LightTable table = table_of(70, grid, 2.0f);
     std::vector<float> all(70, 1.0f);
     const detail::ResultRows rows(table, all);
     detail::QueryPoint point({0, 0, 0}, {0, 0, 1});
@@ -75,14 +86,13 @@ TEST_CASE("a share of a row is blended with what is there, zeros too") {
 
 TEST_CASE("a whole tile of a row is where its values stand side by side") {
     const Grid grid(Settings{.radius = 1.0f});
-    const detail::LightTable whole = table_of(64, grid);
     std::vector<float> all(2 * 64);
     detail::QueryPoint point({0, 0, 0}, {0, 0, 1});
     point.row = 1;
-    CHECK(detail::ResultRows(whole, all).whole_tile_of(point, 0) ==
-          (whole.order().is_given() ? &all[64] : nullptr));
-    const detail::LightTable part = table_of(63, grid);
-    CHECK(detail::ResultRows(part, all).whole_tile_of(point, 0) == nullptr);
+    const detail::LightTable whole = table_of(64, grid, without_end);
+    CHECK(detail::ResultRows(whole, all).whole_tile_of(point, 0) == &all[64]);
+    for (const detail::LightTable& other : {table_of(63, grid, without_end), table_of(64, grid, 2.0f)})
+        CHECK(detail::ResultRows(other, all).whole_tile_of(point, 0) == nullptr);
 }
 
 }  // namespace result_rows_test

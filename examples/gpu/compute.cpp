@@ -89,6 +89,20 @@ struct ComputeDevice::State {
         return *staging_buffer;
     }
 
+    /// The program of a key, which make() makes if there is none yet: on several threads at once, if they ask
+    /// for it together.
+    template <class Make>
+    std::shared_ptr<const ComputeProgram> program_of(std::vector<std::uint32_t> key, Make&& make) {
+        {
+            const std::scoped_lock lock(programs_busy);
+            if (const auto found = programs.find(key); found != programs.end())
+                return found->second;
+        }
+        std::shared_ptr<const ComputeProgram> made = make();
+        const std::scoped_lock lock(programs_busy);
+        return programs.try_emplace(std::move(key), std::move(made)).first->second;
+    }
+
     std::mutex busy;
     vulkan::Device on;
     vk::PhysicalDeviceLimits limits;
@@ -312,13 +326,7 @@ struct ComputeKernel::State {
 
     void make(std::span<const std::uint32_t> spirv) {
         const vk::raii::Device& on = device.state_->on.device;
-        {
-            const std::scoped_lock lock(device.state_->programs_busy);
-            auto& made = device.state_->programs[key_of(spirv)];
-            if (!made)
-                made = make_program(on, spirv);
-            program = made;
-        }
+        program = device.state_->program_of(key_of(spirv), [&] { return make_program(on, spirv); });
         if (program->sets.empty())
             return;
         std::map<vk::DescriptorType, std::uint32_t> counts;

@@ -68,6 +68,7 @@ public:
     /// The rays to each lamp that `render_lamps` is given.
     int rays_to_lamps() const {
         const double pairs = static_cast<double>(render_.width) * static_cast<double>(render_.height) *
+                             static_cast<double>(render_.samples) *
                              static_cast<double>((std::max<std::size_t>)(1, scene_.scene().lights.size()));
         return std::clamp(static_cast<int>(most_lamp_rays / pairs), 1, lamp_rays);
     }
@@ -134,7 +135,9 @@ std::vector<tune::Measurement> chosen_frontier(const Report& report, float radiu
         const bool is_recommended = std::ranges::any_of(report.by_radius, [&](const auto& recommendation) {
             return recommendation.choice && all[i].candidate == recommendation.choice->candidate;
         });
-        if (i == next || is_recommended)
+        // The last place is for the last one.
+        const bool has_room = chosen.size() + 1 < most_pictures;
+        if (i + 1 == size || (has_room && (i == next || is_recommended)))
             chosen.push_back(all[i]);
     }
     return chosen;

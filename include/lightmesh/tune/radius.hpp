@@ -98,13 +98,13 @@ inline double median(std::vector<double> values) {
 /// pictures have, and those of this project's scenes. A smaller one gives crisper shadows, which cost more:
 /// light points grow with 1 / r^2. A directional light, for which D is infinite, gives r = lamp_angle * d.
 ///
-/// d and D are measured at 4,096 points that a light can reach, spread over all points of the frame, if the
-/// samples have them, else over the samples; where there are fewer, at all of them, with 4,096 pairs of a
-/// point and a light. For each such pair, of which most points have one, the blocker nearest to the surface
-/// is searched with some 20 rays. The radius is the median over the pairs that have one. It is kept between
-/// 1/500 and 1/20 of the diagonal of the samples' box: below that a shadow is as good as hard, above it is no
-/// shadow. Without any shadow (`RadiusAdvice::shadowed` is 0) it is 1/100 of the diagonal. No more than
-/// 32,768 pairs are tried, for views that few lights reach.
+/// d and D are measured at 4,096 points or more, spread over all points of the frame, if the samples have
+/// them, else over the samples; where there are fewer, at all of them: with 4,096 pairs or more of a point
+/// and a light that can reach it, if there are so many. For each such pair, of which most points have one,
+/// the blocker nearest to the surface is searched with some 20 rays. The radius is the median over the pairs
+/// that have one. It is kept between 1/500 and 1/20 of the diagonal of the samples' box: below that a shadow
+/// is as good as hard, above it is no shadow. Without any shadow (`RadiusAdvice::shadowed` is 0) it is 1/100
+/// of the diagonal. No more than 32,768 pairs are tried, for views that few lights reach.
 ///
 /// `lamp_angle` in radians, finite, greater than 0; else std::invalid_argument, as also if all samples lie on
 /// one point.
@@ -134,11 +134,11 @@ RadiusAdvice suggest_radii(const Subject<Tracer, Sources...>& subject, double la
         const std::size_t place = pair / rays.size();
         const glm::vec3& point = points[place];
         const glm::vec3& normal = normals[place];
+        advice.points += is_counted[place] ? 0u : 1u;
+        is_counted[place] = true;
         if (!rays.can_light(light, point, normal))
             continue;
         ++advice.pairs;
-        advice.points += is_counted[place] ? 0u : 1u;
-        is_counted[place] = true;
         const Segment segment = rays.segment(light, point, normal);
         if (!subject.tracer().occluded(segment))
             continue;
