@@ -30,6 +30,7 @@ foreach(header IN LISTS first_headers)
     list(APPEND header_sources ${source})
 endforeach()
 add_library(lightmesh_headers OBJECT ${header_sources})
+set_target_properties(lightmesh_headers PROPERTIES UNITY_BUILD OFF)
 target_link_libraries(lightmesh_headers PRIVATE lightmesh::lightmesh lightmesh_strict_warnings)
 # They are compiled for what the compiler says of them.
 target_compile_options(lightmesh_headers PRIVATE -O0)

@@ -12,6 +12,10 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 builds=${LIGHTMESH_BUILD_DIR:-$root/build}
 jobs=$(nproc)
+# It keeps all processors busy to the end.
+if command -v ninja >/dev/null; then
+    export CMAKE_GENERATOR=Ninja
+fi
 
 say() { printf '\n== %s\n' "$*"; }
 
@@ -26,29 +30,27 @@ build_and_test() {
 }
 
 style() {
-    say "every file as clang-format writes it"
+    say "every file as clang-format writes it, and clang-tidy over the library"
+    clang-tidy-14 --quiet --warnings-as-errors='*' "$root/tests/odr.cpp" -- -std=c++20 -I"$root/include" &
     find "$root"/{include,examples,tests,benchmarks} \( -name '*.hpp' -o -name '*.cpp' \) -print0 |
         xargs -0 clang-format-14 --dry-run -Werror
-    say "clang-tidy over the library"
-    clang-tidy-14 --quiet --warnings-as-errors='*' "$root/tests/odr.cpp" -- -std=c++20 -I"$root/include"
+    wait $!
 }
 
 # Kernels are chosen at run time: the tests run all that this processor can. g++ compiles in less time where it looks for
 # garbage only beyond its first gigabyte of memory.
 gcc() {
     say "g++, for any processor: all programs, each header alone"
-    build_and_test gcc g++ -DCMAKE_BUILD_TYPE=Release -DLIGHTMESH_TEST_OPTIONS=-O1 \
+    build_and_test gcc g++ -DCMAKE_BUILD_TYPE=Release "${compiled_for_tests[@]}" \
         -DCMAKE_CXX_FLAGS=--param=ggc-min-heapsize=1048576
 }
 
 # Both compilers use the same standard library and GLM: that a header lacks an include, or minds a macro, one of them
-# tells. What examples do is tested with the other one: of all but the library clang++ says what it warns of, many
-# files at a time.
+# tells. What examples do is tested with the other one: of all but the library clang++ says what it warns of.
 clang() {
     say "clang++, for this processor: the library, and that all else compiles"
     build_and_test clang clang++ -DCMAKE_BUILD_TYPE=None -DLIGHTMESH_NATIVE=ON -DLIGHTMESH_TEST_HEADERS=OFF \
-        -DLIGHTMESH_TEST_EXAMPLES=OFF -DLIGHTMESH_TEST_OPTIONS=-O1 -DCMAKE_UNITY_BUILD=ON \
-        -DCMAKE_UNITY_BUILD_BATCH_SIZE=16
+        -DLIGHTMESH_TEST_EXAMPLES=OFF "${compiled_for_tests[@]}"
 }
 
 address() {
@@ -62,6 +64,8 @@ thread() {
     build_and_test thread clang++ "${sanitized[@]}" -DLIGHTMESH_SANITIZE=thread
 }
 
+# Many files of a program or library as one, whose templates have mostly the same instances.
+compiled_for_tests=(-DLIGHTMESH_TEST_OPTIONS=-O1 -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=32)
 library_only=(-DLIGHTMESH_BUILD_EXAMPLES=OFF -DLIGHTMESH_BUILD_BENCHMARKS=OFF)
 sanitized=(-DCMAKE_BUILD_TYPE=None "-DCMAKE_CXX_FLAGS=-O1 -gline-tables-only" -DLIGHTMESH_NATIVE=ON "${library_only[@]}")
 
