@@ -402,6 +402,31 @@ TEST_CASE("visibility cache: no light comes under the edge of a sheet that lies 
     }
 }
 
+TEST_CASE("visibility cache: rays in place of records are as many as the finest of these take") {
+    std::vector<test::Triangle> scene = floor_scene();
+    test::add_quad(scene, {-4.0, -4.0, 0.04}, {8.0, 0.0, 0.0}, {0.0, 8.0, 0.0});
+    // Its penumbra reaches as far under the sheet as beyond.
+    const std::vector<Light> lights{lightmesh::PointLight{.position = {4.0f, 0.0f, 2.0f}, .radius = 1.0f}};
+    for (const int lamp_rays : {64, 256}) {
+        CAPTURE(lamp_rays);
+        const VisibilityCache cache{HitTracer{&scene}, lights,
+                                    CacheSettings{.spacing = 1.0f, .lamp_rays = lamp_rays}};
+        test::Random random(48);
+        std::uint64_t most = 0;
+        for (int i = 0; i < 400; ++i) {
+            const glm::vec3 point(random.uniform(3.9, 4.0), random.uniform(-2.0, 2.0), 0.0);
+            cache.visibility(point, glm::vec3(0.0f, 0.0f, 1.0f), 0);
+            const std::uint64_t before = cache.statistics().point_rays;
+            cache.visibility(point, glm::vec3(0.0f, 0.0f, 1.0f), 0);
+            most = (std::max)(most, cache.statistics().point_rays - before);
+        }
+        // To four lattice points of four levels, and to the lamp's rim.
+        const auto finest = static_cast<std::uint64_t>(lamp_rays / 4);
+        CHECK(most >= finest + 8);
+        CHECK(most <= finest + 8 + 16);
+    }
+}
+
 TEST_CASE("visibility cache: nothing pops beside and under a sheet while footprints shrink") {
     test::Random random(53);
     for (const double height : {0.02, 0.06, 0.1, 0.2, 0.35}) {

@@ -21,8 +21,9 @@ struct CacheSettings {
     /// rays first, the others only if those disagree; levels of g / 4 take up to a half, finer ones up to a
     /// quarter, but not below 16. Records with `shaft_rows` begin with 16 others instead, or with about a
     /// quarter of these if that is more. Records in the air, which stand in for such as do not fit, take no
-    /// more than the rim and two, and finer ones eight or an eighth. A lamp of size 0 takes one; below 16
-    /// there is no rim.
+    /// more than the rim and two, and finer ones eight or an eighth. Where something thin covers a point, or
+    /// no record serves it, rays from the point itself are as many as those of the finest records. A lamp of
+    /// size 0 takes one; below 16 there is no rim.
     int lamp_rays = 64;
     /// One point of all lattices, in world units, of magnitude up to 1e18. NaN, the default, stands for an
     /// uneven fraction of the step of each level, so that walls at round coordinates do not lie on lattice

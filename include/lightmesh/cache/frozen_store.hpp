@@ -89,6 +89,11 @@ public:
         PointRays<Tracer>(tracer_, lattice(), lamps(), settings())
             .find(point, unit_normal, tile, wanted, values);
     }
+    void stand_in(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile,
+                  std::uint64_t wanted, TileValues& values) const {
+        PointRays<Tracer>(tracer_, lattice(), lamps(), settings())
+            .stand_in(point, unit_normal, tile, wanted, values);
+    }
     void exact(const glm::vec3& point, const glm::vec3& unit_normal, const glm::vec3& smooth_normal,
                std::size_t tile, std::uint64_t wanted, TileValues& values) const {
         PointRays<Tracer>(tracer_, lattice(), lamps(), settings())

@@ -21,6 +21,13 @@
 
 namespace lightmesh::detail {
 
+/// The most rays that a record takes to one lamp whose `lamp_rays` are halved so many times, at most twice,
+/// but not below 16.
+inline std::size_t most_rays(int lamp_rays, int halvings) {
+    return static_cast<std::size_t>(
+        (std::max)(lamp_rays >> std::clamp(halvings, 0, 2), (std::min)(lamp_rays, 16)));
+}
+
 /// From where a row looks.
 struct RowOrigin {
     glm::vec3 position;     ///< off the surface already

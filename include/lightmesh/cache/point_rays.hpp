@@ -41,12 +41,20 @@ public:
     PointRays(const Tracer& tracer, const Lattice& lattice, const LampTable& lamps,
               const CacheSettings& settings)
         : tracer_(tracer), lamps_(lamps), step_(lattice.step(lattice.finest_level())),
-          reach_(greatest_reach(lattice)),
-          plan_(RayPlan::full(static_cast<std::size_t>(settings.lamp_rays))) {}
+          reach_(greatest_reach(lattice)), lamp_rays_(settings.lamp_rays) {}
 
     void find(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile, std::uint64_t wanted,
               TileValues& values) {
-        find_from(off_surface(point, unit_normal, step_), unit_normal, point, tile, wanted, values);
+        find_from(off_surface(point, unit_normal, step_), unit_normal, point, tile, wanted, full_plan(),
+                  values);
+    }
+
+    /// The same in place of records that do not serve the point: by as many rays as records of the finest
+    /// levels take.
+    void stand_in(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile,
+                  std::uint64_t wanted, TileValues& values) {
+        find_from(off_surface(point, unit_normal, step_), unit_normal, point, tile, wanted,
+                  RayPlan::full(most_rays(lamp_rays_, 2)), values);
     }
 
     /// The same for a point of a smooth surface that coarse facets stand for: rays start on that surface, as
@@ -57,19 +65,21 @@ public:
             const auto l = static_cast<std::size_t>(std::countr_zero(wanted));
             const Lamp& lamp = lamps_.lamp(tile * lamps_per_tile + l);
             find_from(lifted(point, unit_normal, smooth_normal, lamp), smooth_normal, point, tile,
-                      wanted & (~wanted + 1u), values);
+                      wanted & (~wanted + 1u), full_plan(), values);
         }
     }
 
     std::uint64_t rays() const { return rays_; }
 
 private:
+    RayPlan full_plan() const { return RayPlan::full(static_cast<std::size_t>(lamp_rays_)); }
+
     void find_from(const glm::vec3& start, const glm::vec3& unit_normal, const glm::vec3& point,
-                   std::size_t tile, std::uint64_t wanted, TileValues& values) {
+                   std::size_t tile, std::uint64_t wanted, const RayPlan& plan, TileValues& values) {
         LampRays<Tracer> rays(tracer_);
         RowLook look;
         look.origin = {start, unit_normal, seed_at(point), step_, reach_};
-        look.plan = plan_;
+        look.plan = plan;
         rays.find(lamps_, tile, look, wanted, values);
         rays_ += rays.rays();
     }
@@ -119,7 +129,7 @@ private:
     const LampTable& lamps_;
     double step_;
     double reach_;
-    RayPlan plan_;
+    int lamp_rays_;
     std::uint64_t rays_ = 0;
 };
 

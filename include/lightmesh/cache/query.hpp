@@ -469,13 +469,11 @@ private:
         // Under a sheet's edge the records that are seen lie beside the sheet, and know nothing of it. What
         // the next level has no share of rays have.
         const std::int32_t by_rays = (taps.taps == 0 ? one_weight : covered) * (one_weight - next) >> 15;
-        if (by_rays == one_weight) {
-            end_exactly(walk, tile);
-            return;
-        }
-        if (taps.taps == 0) {
+        if (by_rays == one_weight || taps.taps == 0) {
             if (by_rays != 0)
-                add_exact(walk, tile, walk.lights, by_rays);
+                stand_in(walk, tile, by_rays);
+            if (by_rays == one_weight)
+                walk.lights = 0;
             return;
         }
         begin_blend(walk);
@@ -487,7 +485,7 @@ private:
                 return;
         }
         if (by_rays != 0)
-            add_exact(walk, tile, walk.lights, by_rays);
+            stand_in(walk, tile, by_rays);
         if (walk.is_flat && is_base) {
             if (const std::uint64_t done = walk.lights & cell.uniform_of(tile); done != 0) {
                 kernels_.give_to_first(walk.blend, cell.values, done);
@@ -590,8 +588,27 @@ private:
         return bent;
     }
 
-    /// Gives a share of what is left of the lights' weights to rays from the point itself.
-    void add_exact(Walk& walk, std::size_t tile, std::uint64_t lights, std::int32_t share = one_weight) {
+    /// Gives what is left of some lights' weights to rays from the point itself.
+    void add_exact(Walk& walk, std::size_t tile, std::uint64_t lights) {
+        add_rays(walk, tile, lights, one_weight, [&](std::uint64_t others, TileValues& values) {
+            store_.exact(walk.point->position, walk.point->normal(), tile, others, values);
+        });
+    }
+    void end_exactly(Walk& walk, std::size_t tile) {
+        add_exact(walk, tile, walk.lights);
+        walk.lights = 0;
+    }
+    /// Gives a share of what is left of all lights' weights to such rays in place of records that do not
+    /// serve the point.
+    void stand_in(Walk& walk, std::size_t tile, std::int32_t share) {
+        add_rays(walk, tile, walk.lights, share, [&](std::uint64_t others, TileValues& values) {
+            store_.stand_in(walk.point->position, walk.point->normal(), tile, others, values);
+        });
+    }
+
+    /// The same, by find(lights, values) of all but smooth lights.
+    template <class Find>
+    void add_rays(Walk& walk, std::size_t tile, std::uint64_t lights, std::int32_t share, const Find& find) {
         if (listed_ != nullptr)
             return;
         begin_blend(walk);
@@ -600,7 +617,7 @@ private:
         if (const std::uint64_t smooth = lights & walk.smooth_lights; smooth != 0)
             store_.exact(point.position, point.normal(), point.smooth_normal, tile, smooth, values);
         if (const std::uint64_t others = lights & ~walk.smooth_lights; others != 0)
-            store_.exact(point.position, point.normal(), tile, others, values);
+            find(others, values);
         for (; lights != 0; lights &= lights - 1) {
             const auto l = static_cast<std::size_t>(std::countr_zero(lights));
             Lanes& found = walk.blend.found[l / 8];
@@ -609,10 +626,6 @@ private:
             found[l % 8] += given * (static_cast<std::uint32_t>(values[l]) << 8);
             left[l % 8] -= given;
         }
-    }
-    void end_exactly(Walk& walk, std::size_t tile) {
-        add_exact(walk, tile, walk.lights);
-        walk.lights = 0;
     }
 
     /// The records that serve a point. Returns how far it may be covered, of one_weight, by something thin

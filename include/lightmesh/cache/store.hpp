@@ -217,8 +217,7 @@ public:
         look.origin = origin_at(look, column.position, column.normal);
         const int below = key.level() - Lattice::base_level;
         const auto most = [&](int halvings) {
-            return static_cast<std::size_t>((std::max)(settings_.lamp_rays >> std::clamp(halvings, 0, 2),
-                                                       (std::min)(settings_.lamp_rays, 16)));
+            return most_rays(settings_.lamp_rays, halvings);
         };
         if (has_shaft_row(lattice_, key, *column.record)) {
             look_around_record(column, look);
@@ -247,6 +246,13 @@ public:
                TileValues& values) const {
         PointRays<Tracer> rays(tracer_, lattice_, lamps_, settings_);
         rays.find(point, unit_normal, tile, wanted, values);
+        count_point_rays(rays.rays());
+    }
+    /// The same in place of records that do not serve the point: by fewer rays.
+    void stand_in(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile,
+                  std::uint64_t wanted, TileValues& values) const {
+        PointRays<Tracer> rays(tracer_, lattice_, lamps_, settings_);
+        rays.stand_in(point, unit_normal, tile, wanted, values);
         count_point_rays(rays.rays());
     }
     /// The same for a point of a smooth surface.
