@@ -214,6 +214,10 @@ public:
     void exact(const Arguments&...) const {
         throw lightmesh::detail::NotInCacheSnapshot();
     }
+    template <class... Arguments>
+    void stand_in(const Arguments&...) const {
+        throw lightmesh::detail::NotInCacheSnapshot();
+    }
 };
 
 struct Differences {
