@@ -5,11 +5,8 @@
 
 #include <glm/geometric.hpp>
 
-#include <cstdint>
-#include <iterator>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace demo {
 
@@ -61,15 +58,6 @@ void require_no_instances(const Scene& scene, const char* what) {
     if (!scene.instances.empty())
         throw std::invalid_argument(std::string(what) + " cannot draw the scene's " +
                                     std::to_string(scene.instances.size()) + " instances");
-}
-
-std::vector<std::uint32_t> indices_of(const Scene& scene) {
-    require_no_instances(scene, "a list of triangles");
-    std::vector<std::uint32_t> indices;
-    indices.reserve(3 * scene.triangles.size());
-    for (const Triangle& triangle : scene.triangles)
-        indices.insert(indices.end(), std::begin(triangle.vertex), std::end(triangle.vertex));
-    return indices;
 }
 
 }  // namespace demo

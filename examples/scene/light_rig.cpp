@@ -225,12 +225,4 @@ void spread_lights(Scene& scene, std::size_t count) {
     }
 }
 
-std::vector<lightmesh::Light> shapes_of_lights(const Scene& scene) {
-    std::vector<lightmesh::Light> shapes;
-    shapes.reserve(scene.lights.size());
-    for (const SceneLight& light : scene.lights)
-        shapes.push_back(light.shape);
-    return shapes;
-}
-
 }  // namespace demo
