@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
-#include <utility>
 #include <vector>
 
 namespace result_rows_test {
@@ -36,12 +35,14 @@ detail::LightTable table_of(std::size_t count, const Grid& grid, float range) {
 
 TEST_CASE("values of a tile come to the lights that stand in its slots, and to one row only") {
     const Grid grid(Settings{.radius = 1.0f});
-    for (const auto& [count, range] : {std::pair<std::size_t, float>(5, 2.0f),
-                                       {64, 2.0f},
-                                       {150, 2.0f},
-                                       {5, without_end},
-                                       {64, without_end},
-                                       {150, without_end}}) {
+    struct Case {
+        std::size_t count;
+        float range;
+    };
+    for (const Case& of : {Case{5, 2.0f}, Case{64, 2.0f}, Case{150, 2.0f}, Case{5, without_end},
+                           Case{64, without_end}, Case{150, without_end}}) {
+        const std::size_t count = of.count;
+        const float range = of.range;
         CAPTURE(count);
         CAPTURE(range);
         const detail::LightTable table = table_of(count, grid, range);

@@ -180,9 +180,9 @@ void add_lamp_pictures(const Report& report, const Photographer& photographer, R
                 ? *there
                 : photographer.keep_beside(*recommendation.choice, lamps, name));
     }
-    std::ranges::stable_partition(pictures.kinds.pictures, [](const CandidatePicture& picture) {
-        return tune::is_cache(picture.measurement.candidate);
-    });
+    std::stable_partition(
+        pictures.kinds.pictures.begin(), pictures.kinds.pictures.end(),
+        [](const CandidatePicture& picture) { return tune::is_cache(picture.measurement.candidate); });
 }
 
 }  // namespace
