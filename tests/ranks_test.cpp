@@ -178,22 +178,20 @@ TEST_CASE("lightmesh-render by ranks: killed at any moment, whichever rank, whol
     // In the frame that all make together, after it, while frames are shared out.
     int unfinished = 0;
     int killed = 0;
-    for (const auto& [file, milliseconds, rank] : {Moment{"film.txt", 0, 1},
-                                                   {"film.txt", 60, 0},
-                                                   {"frame-0001.png", 0, 1},
-                                                   {"frame-0001.png", 9, 0},
-                                                   {"frame-0002.png", 3, 1},
-                                                   {"frame-0003.png", 0, 0}}) {
-        CAPTURE(std::string(file));
-        CAPTURE(rank);
+    for (const Moment& moment :
+         {Moment{"film.txt", 0, 1}, Moment{"film.txt", 60, 0}, Moment{"frame-0001.png", 0, 1},
+          Moment{"frame-0001.png", 9, 0}, Moment{"frame-0002.png", 3, 1}, Moment{"frame-0003.png", 0, 0}}) {
+        CAPTURE(std::string(moment.file));
+        CAPTURE(moment.rank);
         const std::string name = "killed" + std::to_string(killed++);
         const std::string out = (folder / name).string();
-        const std::string later = (milliseconds < 10 ? "0.00" : "0.0") + std::to_string(milliseconds);
-        const std::string pid = (folder / "pid-").string() + std::to_string(rank);
+        const std::string later =
+            (moment.milliseconds < 10 ? "0.00" : "0.0") + std::to_string(moment.milliseconds);
+        const std::string pid = (folder / "pid-").string() + std::to_string(moment.rank);
         std::filesystem::remove(pid);
         const Finished ran =
             test::run(folder, mpirun_that_tells + "-n 2 " + with_pid(folder, spheres + out) +
-                                  " & p=$!; while kill -0 $p && { [ ! -e " + out + "/" + file +
+                                  " & p=$!; while kill -0 $p && { [ ! -e " + out + "/" + moment.file +
                                   " ] || [ ! -s " + pid + " ]; }; do sleep 0.002; done; sleep " + later +
                                   "; kill -KILL $(cat " + pid + "); wait $p");
         // On a fast machine the film may be done before some of the later moments.
@@ -201,7 +199,7 @@ TEST_CASE("lightmesh-render by ranks: killed at any moment, whichever rank, whol
             ++unfinished;
             CHECK(ran.status > 0);
             const std::string said = ran.errors + ran.output;
-            CHECK_MESSAGE(said.find("rank " + std::to_string(rank)) != std::string::npos, said);
+            CHECK_MESSAGE(said.find("rank " + std::to_string(moment.rank)) != std::string::npos, said);
             CHECK_MESSAGE(said.find("signal 9") != std::string::npos, said);
         }
         const Finished on = by_ranks(folder, 2, spheres + out);
