@@ -13,8 +13,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdio>
-#include <ctime>
-#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -53,13 +51,6 @@ double lights_in_reach(const bench::Workload& workload, const bench::ShadingPoin
     return sum / static_cast<double>(points.size());
 }
 
-/// Of this program's one thread: a busy machine makes both wait.
-double processor_seconds(const std::function<void()>& work) {
-    const std::clock_t start = std::clock();
-    work();
-    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
 void trace(const bench::Contestant& rays, const bench::Workload& workload,
            const bench::ShadingPoints& points) {
     std::vector<float> values;
@@ -81,8 +72,8 @@ Sample measure(const bench::Workload& workload, const bench::ShadingPoints& poin
     std::vector<double> mesh_ns;
     std::vector<double> rays_ns;
     for (int i = 0; i < repetitions; ++i) {
-        mesh_ns.push_back(ns * processor_seconds([&] { bench::ask(mesh, points); }));
-        rays_ns.push_back(ns * processor_seconds([&] { trace(*rays, workload, points); }));
+        mesh_ns.push_back(ns * bench::processor_seconds([&] { bench::ask(mesh, points); }));
+        rays_ns.push_back(ns * bench::processor_seconds([&] { trace(*rays, workload, points); }));
         gains.push_back(rays_ns.back() / mesh_ns.back());
     }
     sample.gain = median(gains);

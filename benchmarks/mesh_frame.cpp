@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <limits>
 #include <memory>
 #include <span>
@@ -20,6 +21,12 @@ double seconds(const std::function<void()>& work) {
     const demo::Stopwatch watch;
     work();
     return watch.seconds();
+}
+
+double processor_seconds(const std::function<void()>& work) {
+    const std::clock_t start = std::clock();
+    work();
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
 double least_seconds(int passes, const std::function<void()>& work) {

@@ -17,6 +17,8 @@ namespace bench {
 using Mesh = lightmesh::LightMesh<demo::EmbreeIntersector>;
 
 double seconds(const std::function<void()>& work);
+/// Of this program's one thread: a busy machine makes others wait.
+double processor_seconds(const std::function<void()>& work);
 double least_seconds(int passes, const std::function<void()>& work);
 
 /// The head of a table, and one of its rows: whether the bar is reached stands in it.

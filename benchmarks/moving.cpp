@@ -26,7 +26,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <ctime>
 #include <span>
 #include <string>
 #include <utility>
@@ -35,20 +34,13 @@
 
 namespace {
 
+using bench::processor_seconds;
 using lightmesh::SurfacePoint;
 
 using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
 
 constexpr float park_lamp_radius = 1.0f;
 constexpr double frame_length = 1.0 / 24.0;
-
-/// Of processor time.
-template <class Work>
-double seconds(const Work& work) {
-    const std::clock_t start = std::clock();
-    work();
-    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
 
 /// What a renderer asks for in a frame: tile by tile of 16x16 pixels, or every so many of these.
 class Picture {
@@ -154,13 +146,13 @@ void time_moves(const std::string& what, const demo::Moving& moving, const Make&
         const demo::SceneChange change = park.go_to(number);
         const Picture picture(park.scene(), 960, 720, every);
         const std::vector<lightmesh::Light> lamps = park.lamps();
-        const double telling = seconds([&] { demo::follow_scene(subject, lamps, change); });
-        const double all = telling + seconds([&] { ask(subject, picture); });
+        const double telling = processor_seconds([&] { demo::follow_scene(subject, lamps, change); });
+        const double all = telling + processor_seconds([&] { ask(subject, picture); });
         if (all < frame) {
             frame = all;
             update = telling;
         }
-        warm = (std::min)(warm, seconds([&] { ask(subject, picture); }));
+        warm = (std::min)(warm, processor_seconds([&] { ask(subject, picture); }));
     }
     const auto fresh = make(park);
     const std::size_t differing = differing_points(subject, fresh, Picture(park.scene(), 960, 720, every));
@@ -193,9 +185,9 @@ void time_strengths(const std::string& what, const Make& make, std::size_t every
     const std::uint64_t rays_of_frame = rays() - rays_before;
     std::uint64_t rays_again = 0;
     for (int i = 0; i < 6; ++i) {
-        warm = (std::min)(warm, seconds([&] { ask(subject, picture); }));
+        warm = (std::min)(warm, processor_seconds([&] { ask(subject, picture); }));
         const std::uint64_t before = rays();
-        frame = (std::min)(frame, seconds([&] {
+        frame = (std::min)(frame, processor_seconds([&] {
                                for (std::size_t l = 0; l < lamps.size(); ++l)
                                    subject.set_light(l, lamps[l]);
                                ask(subject, picture);
@@ -232,14 +224,14 @@ RayTimes time_rays(const Stage& park, const Picture& picture) {
                 points += 1.0;
             }
     };
-    const double hard = seconds([&] {
+    const double hard = processor_seconds([&] {
         for_facing(8, [&](const glm::vec3& from, const glm::vec3& lamp) {
             RTCRay ray = bench::make_ray(from, lamp);
             single.trace(ray);
         });
     });
     const double hard_ns = 1e9 * hard / points;
-    const double area = seconds([&] {
+    const double area = processor_seconds([&] {
         for_facing(64, [&](const glm::vec3& from, const glm::vec3& lamp) {
             bench::open_share(tracer, from, lamp, park_lamp_radius, 16, random);
         });
@@ -260,7 +252,7 @@ void time_flight(const std::string& name, const Make& make, int frames, int widt
     for (int number = 0; number < frames; ++number) {
         park.go_to(number);
         const Picture picture(park.scene(), width, height, every);
-        const double time = seconds([&] { ask(subject, picture); });
+        const double time = processor_seconds([&] { ask(subject, picture); });
         (number == 0 ? first : later) += time;
         if (number % 12 != 1)
             continue;

@@ -2,6 +2,7 @@
 
 // lightmesh-render film as its users run it.
 
+#include "film_frames.hpp"
 #include "gltf_writer.hpp"
 #include "image/image.hpp"
 #include "render/files.hpp"
@@ -20,7 +21,10 @@ namespace film_program_test {
 
 namespace {
 
+using test::check_frames;
 using test::Finished;
+using test::frame;
+using test::in_seconds;
 using test::TemporaryFolder;
 
 /// Four frames a second: frame 3 is at 0.5 s.
@@ -28,11 +32,6 @@ const std::string tiny = " --fps 4 --width 48 --height 36 --depth embree --map-s
 
 Finished film(const TemporaryFolder& folder, const std::string& arguments) {
     return test::run(folder, LIGHTMESH_RENDER " film " + arguments);
-}
-
-std::string frame(const TemporaryFolder& folder, const std::string& name, int number,
-                  const std::string& extension = ".png") {
-    return (folder / (name + "/frame-000" + std::to_string(number) + extension)).string();
 }
 
 void check_refused(const std::string& arguments, const std::string& part, int lines = 1) {
@@ -184,16 +183,6 @@ TEST_CASE(
     const TemporaryFolder folder;
     const std::string spheres = "spheres" + tiny + "--frames 8 --threads 1 -o ";
     REQUIRE(film(folder, spheres + (folder / "whole").string()).status == 0);
-    const auto check_frames = [&](const std::string& name) {
-        int there = 0;
-        for (int number = 1; number <= 8; ++number)
-            if (std::filesystem::exists(frame(folder, name, number))) {
-                ++there;
-                CHECK(demo::read_file(frame(folder, name, number)) ==
-                      demo::read_file(frame(folder, "whole", number)));
-            }
-        return there;
-    };
     // So many milliseconds after a file is there: within the work on a frame, and between two.
     int killed = 0;
     int unfinished = 0;
@@ -210,14 +199,14 @@ TEST_CASE(
         const std::string name = "killed" + std::to_string(killed++);
         const std::string out = (folder / name).string();
         const std::string command = LIGHTMESH_RENDER " film " + spheres + out;
-        const std::string later = (milliseconds < 10 ? "0.00" : "0.0") + std::to_string(milliseconds);
         test::run(folder, command + " & p=$!; while kill -0 $p && [ ! -e " + out + "/" + file +
-                              " ]; do :; done; sleep " + later + "; kill -KILL $p; wait $p");
+                              " ]; do :; done; sleep " + in_seconds(milliseconds) +
+                              "; kill -KILL $p; wait $p");
         // On a fast machine the film may be done before some of the later moments.
-        unfinished += check_frames(name) < 8 ? 1 : 0;
+        unfinished += check_frames(folder, name, "whole", 8) < 8 ? 1 : 0;
         const Finished on = test::run(folder, command);
         REQUIRE_MESSAGE(on.status == 0, on.errors);
-        CHECK(check_frames(name) == 8);
+        CHECK(check_frames(folder, name, "whole", 8) == 8);
         CHECK_FALSE(folder.has_part_files());
     }
     CHECK(unfinished > 0);

@@ -2,6 +2,7 @@
 
 // lightmesh-render by several ranks of MPI, all on this machine.
 
+#include "film_frames.hpp"
 #include "gltf_writer.hpp"
 #include "render/files.hpp"
 #include "render/runs.hpp"
@@ -22,7 +23,10 @@ namespace ranks_test {
 
 namespace {
 
+using test::check_frames;
 using test::Finished;
+using test::frame;
+using test::in_seconds;
 using test::TemporaryFolder;
 
 /// More ranks than cores, as any user: the message about a status that is not 0 goes.
@@ -33,11 +37,6 @@ const std::string tiny = " --fps 4 --width 80 --height 60 --detail 1 --threads 1
 
 Finished by_ranks(const TemporaryFolder& folder, int ranks, const std::string& arguments) {
     return test::run(folder, mpirun + "-n " + std::to_string(ranks) + " " LIGHTMESH_RENDER " " + arguments);
-}
-
-std::string frame(const TemporaryFolder& folder, const std::string& name, int number,
-                  const std::string& extension = ".png") {
-    return (folder / (name + "/frame-000" + std::to_string(number) + extension)).string();
 }
 
 /// A rank writes down the number of its process, then becomes the program.
@@ -160,16 +159,6 @@ TEST_CASE("lightmesh-render by ranks: killed at any moment, whichever rank, whol
     const TemporaryFolder folder;
     const std::string spheres = "film spheres" + tiny + "--frames 8 -o ";
     REQUIRE(test::run(folder, LIGHTMESH_RENDER " " + spheres + (folder / "whole").string()).status == 0);
-    const auto check_frames = [&](const std::string& name) {
-        int there = 0;
-        for (int number = 1; number <= 8; ++number)
-            if (std::filesystem::exists(frame(folder, name, number))) {
-                ++there;
-                CHECK(demo::read_file(frame(folder, name, number)) ==
-                      demo::read_file(frame(folder, "whole", number)));
-            }
-        return there;
-    };
     struct Moment {
         const char* file;  ///< that is there
         int milliseconds;  ///< after it
@@ -185,17 +174,15 @@ TEST_CASE("lightmesh-render by ranks: killed at any moment, whichever rank, whol
         CAPTURE(moment.rank);
         const std::string name = "killed" + std::to_string(killed++);
         const std::string out = (folder / name).string();
-        const std::string later =
-            (moment.milliseconds < 10 ? "0.00" : "0.0") + std::to_string(moment.milliseconds);
         const std::string pid = (folder / "pid-").string() + std::to_string(moment.rank);
         std::filesystem::remove(pid);
-        const Finished ran =
-            test::run(folder, mpirun_that_tells + "-n 2 " + with_pid(folder, spheres + out) +
-                                  " & p=$!; while kill -0 $p && { [ ! -e " + out + "/" + moment.file +
-                                  " ] || [ ! -s " + pid + " ]; }; do sleep 0.002; done; sleep " + later +
-                                  "; kill -KILL $(cat " + pid + "); wait $p");
+        const Finished ran = test::run(
+            folder, mpirun_that_tells + "-n 2 " + with_pid(folder, spheres + out) +
+                        " & p=$!; while kill -0 $p && { [ ! -e " + out + "/" + moment.file + " ] || [ ! -s " +
+                        pid + " ]; }; do sleep 0.002; done; sleep " + in_seconds(moment.milliseconds) +
+                        "; kill -KILL $(cat " + pid + "); wait $p");
         // On a fast machine the film may be done before some of the later moments.
-        if (check_frames(name) < 8) {
+        if (check_frames(folder, name, "whole", 8) < 8) {
             ++unfinished;
             CHECK(ran.status > 0);
             const std::string said = ran.errors + ran.output;
@@ -204,7 +191,7 @@ TEST_CASE("lightmesh-render by ranks: killed at any moment, whichever rank, whol
         }
         const Finished on = by_ranks(folder, 2, spheres + out);
         REQUIRE_MESSAGE(on.status == 0, on.errors);
-        CHECK(check_frames(name) == 8);
+        CHECK(check_frames(folder, name, "whole", 8) == 8);
         CHECK_FALSE(folder.has_part_files());
     }
     CHECK(unfinished > 0);
