@@ -120,6 +120,53 @@ TEST_CASE("lightmesh-render film: where nothing moves nothing changes from frame
     CHECK(changing("cache") < reached + reached / 2);
 }
 
+TEST_CASE("lightmesh-render film: as many frames as there is time, or spread over it") {
+    const TemporaryFolder folder;
+    const std::string rooms = "rooms -a whitted --fps 4 --width 16 --height 12 --format exr -o ";
+    struct Film {
+        const char* name;
+        const char* options;
+        int frames;
+    };
+    // The animation ends at 8 s.
+    for (const Film& which :
+         {Film{"to", "--to 0.75", 3}, Film{"between", "--from 0.5 --to 1", 2}, Film{"end", "--from 7.25", 3},
+          Film{"spread", "--from 0.5 --to 1 --frames 4", 4}, Film{"beyond", "--from 7.75 --frames 2", 2}}) {
+        CAPTURE(which.options);
+        const Finished ran = film(folder, rooms + (folder / which.name).string() + " " + which.options);
+        REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+        CHECK(std::filesystem::exists(frame(folder, which.name, which.frames, ".exr")));
+        CHECK_FALSE(std::filesystem::exists(frame(folder, which.name, which.frames + 1, ".exr")));
+    }
+    const auto file = [&](const std::string& name, int number) {
+        return demo::read_file(frame(folder, name, number, ".exr"));
+    };
+    CHECK(file("to", 3) == file("between", 1));
+    CHECK(file("spread", 1) == file("between", 1));
+    CHECK(file("spread", 3) == file("between", 2));
+    CHECK(file("beyond", 1) == file("end", 3));
+}
+
+TEST_CASE("lightmesh-render film: a terminal shows which frame it is, and the time that is left") {
+    const TemporaryFolder folder;
+    // `script` runs a command in a terminal of its own.
+    const auto shown = [&](const std::string& frames) {
+        const std::string command = LIGHTMESH_RENDER " film spheres -a whitted" + tiny + "-o " +
+                                    (folder / "film").string() + " --frames " + frames;
+        const Finished ran = test::run(folder, "script -qec '" + command + "' /dev/null");
+        REQUIRE_MESSAGE(ran.status == 0, ran.output);
+        return ran.output;
+    };
+    const std::string all = shown("3");
+    for (const char* part : {"frame 1 of 3", " 33 % frame 2 of 3, ", " 66 % frame 3 of 3, ", " s left"})
+        CHECK_MESSAGE(all.find(part) != std::string::npos, all);
+    // Frames that are there count, but take no time.
+    const std::string others = shown("5");
+    for (const char* part : {"frame 4 of 5", " 50 % frame 5 of 5, "})
+        CHECK_MESSAGE(others.find(part) != std::string::npos, others);
+    CHECK(others.find("frame 1 of 5") == std::string::npos);
+}
+
 TEST_CASE("lightmesh-render film: a second start goes on, and never with frames of another film") {
     const TemporaryFolder folder;
     const std::string out = (folder / "film").string();
@@ -391,6 +438,28 @@ TEST_CASE("lightmesh-render film: MP4 by ffmpeg, which is named where it is not 
     CHECK_MESSAGE(failed.errors.find("ended with status 3; the frames are there") != std::string::npos,
                   failed.errors);
     CHECK(demo::read_file(folder / "out/ball.mp4") == asked);
+    CHECK_FALSE(folder.has_part_files());
+}
+
+TEST_CASE("lightmesh-render film: what ffmpeg makes has all frames, at their size and rate") {
+    const TemporaryFolder folder;
+    if (test::run(folder, "command -v ffmpeg && command -v ffprobe").status != 0) {
+        MESSAGE("there is no ffmpeg: no film is made by it");
+        return;
+    }
+    const std::string movie = "'" + (folder / "ball 100%.mp4").string() + "'";
+    // H.264 has even sides only.
+    const Finished made =
+        film(folder, "spheres -a whitted --fps 4 --width 47 --height 36 --frames 3 -o " + movie);
+    REQUIRE_MESSAGE(made.status == 0, made.errors);
+    const Finished looked =
+        test::run(folder, "ffprobe -v error -count_frames -show_entries stream=codec_name,"
+                          "width,height,r_frame_rate,pix_fmt,nb_read_frames -of default=nw=1 " +
+                              movie);
+    REQUIRE_MESSAGE(looked.status == 0, looked.errors);
+    for (const char* part : {"codec_name=h264", "width=48", "height=36", "pix_fmt=yuv420p",
+                             "r_frame_rate=4/1", "nb_read_frames=3"})
+        CHECK_MESSAGE(looked.output.find(part) != std::string::npos, looked.output);
     CHECK_FALSE(folder.has_part_files());
 }
 

@@ -445,6 +445,42 @@ TEST_CASE("moving scenes: a light that moves costs its own rays, and no others")
     CHECK(after.lamp_rays - before.lamp_rays == alone.statistics().lamp_rays);
 }
 
+TEST_CASE("moving scenes: a light that is set as it is costs nothing, as one whose colour changes") {
+    const StillWorld world(20);
+    auto mesh = world.mesh();
+    auto cache = world.cache();
+    const auto blur_of = [&] {
+        return VisibilityCache{
+            lightmesh::LightMesh{HitTracer{&world.scene}, world.lights, lightmesh::Settings{.radius = 2.0f}},
+            CacheSettings{.spacing = 0.4f, .detail = 1}};
+    };
+    auto blur = blur_of();
+    const auto check = [&](auto& subject, const auto& rays) {
+        subject.fill(world.points);
+        const test::Bytes known = subject.snapshot();
+        const std::uint64_t before = rays();
+        for (std::size_t i = 0; i < world.lights.size(); ++i)
+            subject.set_light(i, world.lights[i]);
+        CHECK(subject.snapshot() == known);
+        subject.fill(world.points);
+        CHECK(rays() == before);
+    };
+    check(mesh, [&] { return mesh.statistics().long_rays + mesh.statistics().link_rays; });
+    CHECK(mesh.statistics().forgotten_visibilities == 0);
+    // What rays from points take, nothing keeps.
+    const auto of_cache = [](const lightmesh::CacheStatistics& found) {
+        return found.lamp_rays + found.drop_rays + found.link_rays;
+    };
+    check(cache, [&] { return of_cache(cache.statistics()); });
+    CHECK(cache.statistics().forgotten_values == 0);
+    check(blur, [&] {
+        return of_cache(blur.statistics()) + blur.mesh().statistics().long_rays +
+               blur.mesh().statistics().link_rays;
+    });
+    CHECK(blur.statistics().forgotten_values == 0);
+    CHECK(blur.mesh().statistics().forgotten_visibilities == 0);
+}
+
 TEST_CASE("moving scenes: a light that is added costs its own rays") {
     constexpr lightmesh::PointLight added{.position{-2.0f, 1.5f, 3.5f}, .radius = 0.2f};
     for (const int count : {9, 60, 64})
