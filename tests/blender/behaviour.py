@@ -530,6 +530,31 @@ class Behaviour(unittest.TestCase):
         SCENE.view_layers[0].layer_collection.children['Balls'].exclude = True
         self.assertFalse((picture() == both).all())
 
+    def test_two_view_layers(self):
+        """Of one picture: each has its own objects, and keeps what was found of them."""
+        scene()
+        sphere = SCENE.objects['Sphere']
+        balls = bpy.data.collections.new('Balls')
+        SCENE.collection.children.link(balls)
+        SCENE.collection.objects.unlink(sphere)
+        balls.objects.link(sphere)
+        alone = picture()
+        sphere.hide_render = True
+        empty = picture()
+        sphere.hide_render = False
+        second = SCENE.view_layers.new('Second')
+        second.layer_collection.children['Balls'].exclude = True
+        self.addCleanup(SCENE.view_layers.remove, second)
+        SCENE.use_nodes = True
+        self.addCleanup(setattr, SCENE, 'use_nodes', False)
+        layers = next(node for node in SCENE.node_tree.nodes if node.type == 'R_LAYERS')
+        first = layers.layer
+        for name, expected in ((first, alone), ('Second', empty), (first, alone)):
+            layers.layer = name
+            self.assertTrue((picture() == expected).all(), name)
+        self.assertEqual({layer for _, layer in engine._sessions}, {first, 'Second'})
+        self.assertFalse((alone == empty).all())
+
     def test_off_and_on(self):
         scene()
         before = picture()

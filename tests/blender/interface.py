@@ -101,8 +101,10 @@ def slow_commits(area, cube):
 def viewport_steps():
     """Edits while a view is being rendered, as fast as they come; none may end Blender, and each must be seen."""
     import addon_utils
-    from light_mesh import export
+    from light_mesh import core, export
     area = area_of('VIEW_3D')
+    render, begun = core.Session.render, []
+    core.Session.render = lambda session, view: begun.append((view.width, view.samples)) or render(session, view)
     reads = []
     read_arrays = export.mesh_arrays
     export.mesh_arrays = lambda *mesh: reads.append(mesh[0].name) or read_arrays(*mesh)
@@ -111,10 +113,20 @@ def viewport_steps():
     space.shading.type = 'RENDERED'
     pictures = [(yield from drawn(area))]
     cube = bpy.data.objects['Cube']
+    width = next(region for region in area.regions if region.type == 'WINDOW').width
+    finer = [(width // coarse, 1) for coarse in (8, 4, 2, 1)] + [(width, bpy.context.scene.light_mesh.viewport_samples)]
+
+    def check_coarse_first():
+        """Somewhere: also what a test itself loads begins a view anew."""
+        assert any(begun[first:first + len(finer)] == finer for first in range(len(begun))), begun
+        begun.clear()
+
+    check_coarse_first()
 
     def seen_to_change(what):
         picture = yield from drawn(area)
         assert not np.array_equal(picture, pictures[-1]), f'the view does not show: {what}'
+        check_coarse_first()
         pictures.append(picture)
 
     cube.location.x = 1
@@ -157,6 +169,7 @@ def viewport_steps():
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.ed.undo()
     yield from seen_to_change('a cube that is back')
+    core.Session.render = render
     addon_utils.disable('light_mesh')
     yield .3
     addon_utils.enable('light_mesh')
