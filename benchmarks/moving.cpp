@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 
 // The rows of "Scenes that move": what a frame of a film of the park costs in visibility, after something has
-// moved, over the next one, in which nothing has; and a flight through it, over hard shadows. One thread; all
-// times are processor time.
+// moved, over the next one, in which nothing has, beside the first one, which fills the cache or the mesh;
+// and a flight through it, over hard shadows. One thread; all times are processor time.
+//
+//     lightmesh-moving-benchmark [WORD...]    only rows whose names begin with one of these
 
 #include "embree_rays.hpp"
 #include "lamp_share.hpp"
@@ -12,6 +14,7 @@
 #include "render/text_table.hpp"
 #include "render/view.hpp"
 #include "scene/film.hpp"
+#include "scene/moving_parts.hpp"
 #include "scene/random.hpp"
 #include "surface_end.hpp"
 
@@ -26,8 +29,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
+#include <iostream>
+#include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -69,11 +76,45 @@ private:
     std::size_t size_ = 0;
 };
 
+/// The part of another animation that lies in a box at 0 s: all other vertices stay.
+class PartInBox : public demo::Animation {
+public:
+    PartInBox(const demo::AnimatedScene& whole, const lightmesh::Bounds& box)
+        : whole_(whole.animation), positions_(whole.scene.positions), normals_(whole.scene.normals),
+          moves_(positions_.size()) {
+        for (const std::uint32_t vertex : demo::vertices_within(whole.scene, box.low, box.high))
+            moves_[vertex] = true;
+    }
+
+    double length() const override { return whole_->length(); }
+    void pose(demo::Scene& scene, double seconds, const demo::Moving& moving) const override {
+        whole_->pose(scene, seconds, moving);
+        for (std::size_t i = 0; i < positions_.size(); ++i)
+            if (!moves_[i]) {
+                scene.positions[i] = positions_[i];
+                scene.normals[i] = normals_[i];
+            }
+    }
+
+private:
+    std::shared_ptr<const demo::Animation> whole_;
+    std::vector<glm::vec3> positions_, normals_;
+    std::vector<bool> moves_;
+};
+
+/// The park's film in which of all objects only the swing moves.
+demo::AnimatedScene swing_alone() {
+    demo::AnimatedScene park = demo::load_animated("park");
+    park.animation =
+        std::make_shared<PartInBox>(park, lightmesh::Bounds{{-2.0f, -41.0f, -10.0f}, {8.0f, -31.0f, 30.0f}});
+    return park;
+}
+
 /// A film's scene, all lights of which are spheres.
 class Stage {
 public:
-    Stage(const std::string& name, float lamp_radius, const demo::Moving& moving)
-        : lamp_radius_(lamp_radius), film_(demo::load_animated(name), moving),
+    Stage(demo::AnimatedScene animated, float lamp_radius, const demo::Moving& moving)
+        : lamp_radius_(lamp_radius), film_(std::move(animated), moving),
           scene_(film_.scene(), demo::EmbreeScene::For::films) {}
 
     const demo::EmbreeScene& scene() const { return scene_; }
@@ -133,11 +174,11 @@ std::string of_tiles(std::size_t every) {
 /// The least times of some frames in which something moves, over those of the next ones, in which nothing
 /// does.
 template <class Make>
-void time_moves(const std::string& what, const demo::Moving& moving, const Make& make, std::size_t every,
-                double to_reach) {
-    Stage park("park", park_lamp_radius, moving);
+void time_moves(const std::string& what, demo::AnimatedScene animated, const demo::Moving& moving,
+                const Make& make, std::size_t every, double to_reach) {
+    Stage park(std::move(animated), park_lamp_radius, moving);
     auto subject = make(park);
-    ask(subject, Picture(park.scene(), 960, 720, every));
+    const double cold = processor_seconds([&] { ask(subject, Picture(park.scene(), 960, 720, every)); });
     double frame = 1e9;
     double update = 0.0;
     double warm = 1e9;
@@ -156,20 +197,22 @@ void time_moves(const std::string& what, const demo::Moving& moving, const Make&
     }
     const auto fresh = make(park);
     const std::size_t differing = differing_points(subject, fresh, Picture(park.scene(), 960, 720, every));
-    bench::print_row(what + of_tiles(every) + ", over the warm frame", frame / warm, to_reach, false,
-                     demo::fixed(warm, 3) + " s a warm frame of " + std::to_string(subject.light_count()) +
-                         " lamps; the update itself " + demo::fixed(update / warm, 4) + " of it; " +
+    bench::print_row(what + of_tiles(every) + ": frame over the warm frame", frame / warm, to_reach, false,
+                     "first frame " + demo::fixed(cold, 2) + " s, this one " + demo::fixed(frame, 3) +
+                         " s, warm " + demo::fixed(warm, 3) + " s, " + std::to_string(subject.light_count()) +
+                         " lamps; the update itself " + demo::fixed(update / warm, 4) + " of a warm frame; " +
                          std::to_string(differing) + " sampled points differ from a new one's");
 }
 
 /// Strengths are the renderer's: the same lights are set again.
 template <class Make>
 void time_strengths(const std::string& what, const Make& make, std::size_t every) {
-    Stage park("park", park_lamp_radius, {.objects = false, .lights = false, .camera = false});
+    Stage park(demo::load_animated("park"), park_lamp_radius,
+               {.objects = false, .lights = false, .camera = false});
     auto subject = make(park);
     const Picture picture(park.scene(), 960, 720, every);
     const std::vector<lightmesh::Light> lamps = park.lamps();
-    ask(subject, picture);
+    const double cold = processor_seconds([&] { ask(subject, picture); });
     const auto rays = [&subject] {
         const auto statistics = subject.statistics();
         if constexpr (requires { statistics.lamp_rays; })
@@ -194,10 +237,12 @@ void time_strengths(const std::string& what, const Make& make, std::size_t every
                            }));
         rays_again += rays() - before - rays_of_frame;
     }
-    bench::print_row(what + ": all lights' strengths change" + of_tiles(every) + ", over the warm frame",
-                     frame / warm, 1.0, false,
-                     "1 but for the noise of the clock; " + std::to_string(rays_again) +
-                         " rays more than in a warm frame");
+    const auto fresh = make(park);
+    bench::print_row(what + of_tiles(every) + ": frame over the warm frame", frame / warm, 1.0, false,
+                     "1 but for the noise of the clock; first frame " + demo::fixed(cold, 2) + " s; " +
+                         std::to_string(rays_again) + " rays more than in a warm frame; " +
+                         std::to_string(differing_points(subject, fresh, picture)) +
+                         " sampled points differ from a new one's");
 }
 
 /// ns a point of one shadow ray to each facing light, and of 16 in a packet to each facing lamp.
@@ -239,21 +284,60 @@ RayTimes time_rays(const Stage& park, const Picture& picture) {
     return {hard_ns, 1e9 * area / points};
 }
 
+/// Mean absolute errors of S to lamps of 1,024 rays, at some points of a picture and all lamps that they
+/// face.
+template <class Subject>
+std::string errors_of(const Subject& subject, const Stage& park, const Picture& picture) {
+    bench::Occlusion tracer(park.scene().handle(), true);
+    demo::Random random(2);
+    const std::vector<lightmesh::Light> lamps = park.lamps();
+    std::vector<float> values(lamps.size());
+    double own = 0.0;
+    double hard = 0.0;
+    double few = 0.0;
+    double pairs = 0.0;
+    const std::size_t step = picture.tiles().size() / 80 + 1;
+    for (std::size_t t = 0; t < picture.tiles().size(); t += step) {
+        const SurfacePoint& point = picture.tiles()[t][t * 37 % picture.tiles()[t].size()];
+        const glm::vec3 from = bench::surface_end(point.position, point.normal);
+        subject.visibility(point, values);
+        for (std::size_t l = 0; l < lamps.size(); ++l) {
+            const glm::vec3 lamp = std::get<lightmesh::PointLight>(lamps[l]).position;
+            if (glm::dot(point.normal, lamp - point.position) < 0.0f)
+                continue;
+            const auto error = [reference = bench::open_share(tracer, from, lamp, park_lamp_radius, 1024,
+                                                              random)](float share) {
+                return static_cast<double>(std::abs(share - reference));
+            };
+            own += error(values[l]);
+            hard += error(bench::open_share(tracer, from, lamp, 0.0f, 16, random));
+            few += error(bench::open_share(tracer, from, lamp, park_lamp_radius, 16, random));
+            pairs += 1.0;
+        }
+    }
+    return "mean errors of S " + demo::fixed(own / pairs, 4) + ", hard " + demo::fixed(hard / pairs, 4) +
+           ", 16 rays " + demo::fixed(few / pairs, 4);
+}
+
 /// A flight through a park in which nothing else moves.
 template <class Make>
 void time_flight(const std::string& name, const Make& make, int frames, int width, int height,
                  std::size_t every, double lamps_to_reach) {
-    Stage park("park", park_lamp_radius, {.objects = false, .lights = false, .camera = true});
+    Stage park(demo::load_animated("park"), park_lamp_radius,
+               {.objects = false, .lights = false, .camera = true});
     const auto subject = make(park);
     double first = 0.0;
     double later = 0.0;
     double hard = 0.0;
     double lamps = 0.0;
+    std::string errors;
     for (int number = 0; number < frames; ++number) {
         park.go_to(number);
         const Picture picture(park.scene(), width, height, every);
         const double time = processor_seconds([&] { ask(subject, picture); });
         (number == 0 ? first : later) += time;
+        if (number == frames - 1)
+            errors = errors_of(subject, park, picture);
         if (number % 12 != 1)
             continue;
         const RayTimes rays = time_rays(park, picture);
@@ -263,12 +347,13 @@ void time_flight(const std::string& name, const Make& make, int frames, int widt
     const double frame = later / (frames - 1);
     const std::string beside = "first frame " + demo::fixed(first, 1) + " s, later ones " +
                                demo::fixed(frame, 2) + " s, hard shadows " + demo::fixed(hard, 2) +
-                               " s, 16-ray lamps " + demo::fixed(lamps, 1) + " s";
-    const std::string what = name + ": " + std::to_string(frames) + " frames of the flight, " +
-                             std::to_string(width) + "x" + std::to_string(height) + of_tiles(every);
-    bench::print_row(what + ", a frame after the first over hard shadows", frame / hard, 0.25, false, beside);
-    bench::print_row(what + ", 16-ray lamps over all of it", lamps * frames / (first + later), lamps_to_reach,
-                     true, beside);
+                               " s, 16-ray lamps " + demo::fixed(lamps, 1) + " s; " + errors;
+    const std::string what = name + ", " + std::to_string(frames) + " frames of " + std::to_string(width) +
+                             "x" + std::to_string(height) + of_tiles(every);
+    bench::print_row(what + ": a frame after the first over one of hard shadows", frame / hard, 0.25, false,
+                     beside);
+    bench::print_row(what + ": by 16-ray lamps over all of it", lamps * frames / (first + later),
+                     lamps_to_reach, true, beside);
 }
 
 /// The share of a sphere lamp that is open, by rays to places that lie on a spiral (Vogel 1979): always the
@@ -287,9 +372,11 @@ double open_share(bench::Occlusion& tracer, const SurfacePoint& point, const glm
 /// How penumbrae flicker that move, with their lamps or with what throws them, beyond what rays from each
 /// point do; and whether lamps flicker that stay. The camera stays. The first of seven frames is the one of a
 /// time.
-void measure_flicker(const std::string& scene, float lamp_radius, bool of_objects, double start) {
+void measure_flicker(const std::string& name, const std::string& scene, float lamp_radius, bool of_objects,
+                     double start) {
     constexpr int reference_rays = 1024;
-    Stage stage(scene, lamp_radius, {.objects = of_objects, .lights = !of_objects, .camera = false});
+    Stage stage(demo::load_animated(scene), lamp_radius,
+                {.objects = of_objects, .lights = !of_objects, .camera = false});
     const int first = static_cast<int>(std::lround(start / frame_length));
     stage.go_to(first);
     Cache cache = stage.cache(256);
@@ -361,40 +448,83 @@ void measure_flicker(const std::string& scene, float lamp_radius, bool of_object
         }
         values = std::move(now);
     }
-    const std::string what = scene + (of_objects ? ", objects move" : ", lamps move");
     bench::print_row(
-        what + ", 256 rays: change from frame to frame along moving penumbrae, beyond the reference's",
+        name + ", 256 rays: change from frame to frame along moving penumbrae, beyond the reference's",
         beyond / pairs, 0.004, false,
         "by 256 rays from each point " + demo::fixed(beyond_of_few / pairs, 4) + "; the reference's own " +
             demo::fixed(reference_change / pairs, 4) + ", of " + demo::fixed(pairs, 0) + " points and lamps");
     if (!of_objects)
-        bench::print_row(scene + ": values of lamps that stay, which change", static_cast<double>(flickering),
+        bench::print_row(name + ": values of lamps that stay, which change", static_cast<double>(flickering),
                          0.0, false, "of " + std::to_string(6 * points.size() * lights));
 }
 
-}  // namespace
+/// Rows, and what they begin with.
+struct Rows {
+    std::string name;
+    std::function<void(const std::string& name)> print;
+};
 
-int main() {
+std::vector<Rows> all_rows() {
     const auto linked = [](const Stage& stage) {
         return stage.linked();
     };
     const auto cache = [](const Stage& stage) {
         return stage.cache();
     };
-    constexpr demo::Moving lantern{.objects = false, .lights = true, .camera = false};
-    constexpr demo::Moving swing{.objects = true, .lights = false, .camera = false};
+    constexpr demo::Moving of_lights{.objects = false, .lights = true, .camera = false};
+    constexpr demo::Moving of_objects{.objects = true, .lights = false, .camera = false};
+    std::vector<Rows> rows;
+    const auto add_flicker = [&](const std::string& scene, float lamp_radius, bool objects, double start) {
+        rows.push_back(
+            {"flicker, " + scene + (objects ? ", objects" : ", lamps"), [=](const std::string& name) {
+                 measure_flicker(name, scene, lamp_radius, objects, start);
+             }});
+    };
+    add_flicker("rooms", 0.3f, false, 0.0);
+    add_flicker("park", park_lamp_radius, false, 0.0);
+    add_flicker("rooms", 0.3f, true, 2.0);
+    add_flicker("spheres", 6.0f, true, 0.0);
+    add_flicker("park", park_lamp_radius, true, 0.0);
+    const auto add_park = [&](const std::string& kind, const auto& make, double light_to_reach,
+                              std::size_t of_light, std::size_t of_swing, std::size_t of_flight) {
+        const std::string start = kind + ", park, ";
+        rows.push_back({start + "one of the lights moves a little each frame", [=](const std::string& name) {
+                            time_moves(name, demo::load_animated("park"), of_lights, make, of_light,
+                                       light_to_reach);
+                        }});
+        rows.push_back({start + "the swing moves", [=](const std::string& name) {
+                            time_moves(name, swing_alone(), of_objects, make, of_swing, 1.5);
+                        }});
+        rows.push_back({start + "the swing and a walker move", [=](const std::string& name) {
+                            time_moves(name, demo::load_animated("park"), of_objects, make, of_swing, 1.5);
+                        }});
+        rows.push_back({start + "all lights' strengths change", [=](const std::string& name) {
+                            time_strengths(name, make, of_light);
+                        }});
+        rows.push_back({start + "flight", [=](const std::string& name) {
+                            time_flight(name, make, 48, 960, 720, of_flight, 40.0);
+                        }});
+    };
+    add_park("Linked", linked, 1.15, 1, 1, 1);
+    add_park("cache", cache, 2.0, 16, 64, 32);
+    return rows;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+    const std::vector<Rows> rows = all_rows();
+    const std::vector<std::string_view> wanted(words + 1, words + count);
+    for (const std::string_view word : wanted)
+        if (std::ranges::none_of(rows, [&](const Rows& each) { return each.name.starts_with(word); })) {
+            std::cerr << "no row begins with '" << word << "'; there are:\n";
+            for (const Rows& each : rows)
+                std::cerr << "    " << each.name << '\n';
+            return 1;
+        }
     bench::print_head();
-    measure_flicker("rooms", 0.3f, false, 0.0);
-    measure_flicker("park", park_lamp_radius, false, 0.0);
-    measure_flicker("rooms", 0.3f, true, 2.0);
-    measure_flicker("spheres", 6.0f, true, 0.0);
-    measure_flicker("park", park_lamp_radius, true, 0.0);
-    time_moves("Linked: the lantern moves", lantern, linked, 1, 1.15);
-    time_moves("Linked: swing and walker move", swing, linked, 1, 1.5);
-    time_strengths("Linked", linked, 1);
-    time_flight("Linked", linked, 48, 960, 720, 1, 40.0);
-    time_moves("cache: the lantern moves", lantern, cache, 16, 2.0);
-    time_moves("cache: swing and walker move", swing, cache, 64, 1.5);
-    time_strengths("cache", cache, 16);
-    time_flight("cache", cache, 48, 960, 720, 32, 40.0);
+    for (const Rows& each : rows)
+        if (wanted.empty() ||
+            std::ranges::any_of(wanted, [&](std::string_view word) { return each.name.starts_with(word); }))
+            each.print(each.name);
 }

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# Builds the benchmarks for this machine's processor and runs them: about a quarter of an hour on two cores.
+# Builds the benchmarks for this machine's processor and runs them: long, above all caches of the park. Two of them print
+# some rows alone: lightmesh-cache-benchmark by numbers of its cases, or `walks`; lightmesh-moving-benchmark by what their
+# names begin with, such as Linked.
 #
 #   benchmarks/run.sh                        all rows; writes build/benchmarks/results/
 #   benchmarks/run.sh --benchmark_filter=... options for Google Benchmark; writes nothing
