@@ -486,27 +486,27 @@ std::vector<Rows> all_rows() {
     add_flicker("spheres", 6.0f, true, 0.0);
     add_flicker("park", park_lamp_radius, true, 0.0);
     const auto add_park = [&](const std::string& kind, const auto& make, double light_to_reach,
-                              std::size_t of_light, std::size_t of_swing, std::size_t of_flight) {
+                              std::size_t every, std::size_t of_flight) {
         const std::string start = kind + ", park, ";
         rows.push_back({start + "one of the lights moves a little each frame", [=](const std::string& name) {
-                            time_moves(name, demo::load_animated("park"), of_lights, make, of_light,
+                            time_moves(name, demo::load_animated("park"), of_lights, make, every,
                                        light_to_reach);
                         }});
         rows.push_back({start + "the swing moves", [=](const std::string& name) {
-                            time_moves(name, swing_alone(), of_objects, make, of_swing, 1.5);
+                            time_moves(name, swing_alone(), of_objects, make, every, 1.5);
                         }});
         rows.push_back({start + "the swing and a walker move", [=](const std::string& name) {
-                            time_moves(name, demo::load_animated("park"), of_objects, make, of_swing, 1.5);
+                            time_moves(name, demo::load_animated("park"), of_objects, make, every, 1.5);
                         }});
         rows.push_back({start + "all lights' strengths change", [=](const std::string& name) {
-                            time_strengths(name, make, of_light);
+                            time_strengths(name, make, every);
                         }});
         rows.push_back({start + "flight", [=](const std::string& name) {
                             time_flight(name, make, 48, 960, 720, of_flight, 40.0);
                         }});
     };
-    add_park("Linked", linked, 1.15, 1, 1, 1);
-    add_park("cache", cache, 2.0, 16, 64, 32);
+    add_park("Linked", linked, 1.15, 1, 1);
+    add_park("cache", cache, 2.0, 16, 32);
     return rows;
 }
 
