@@ -394,6 +394,14 @@ void measure_flicker(const std::string& name, const std::string& scene, float la
     const auto at = [](const lightmesh::Light& lamp) {
         return std::get<lightmesh::PointLight>(lamp).position;
     };
+    // What an object has covered, or has left in the air, is in no picture any more.
+    const glm::vec3 eye = stage.scene().scene().camera.eye;
+    const auto is_seen = [&](const SurfacePoint& point) {
+        const glm::vec3 way = point.position - eye;
+        const float distance = glm::length(way);
+        const auto hit = stage.scene().trace(eye, way / distance, 2.0f * distance);
+        return hit && glm::distance(hit->position, point.position) < 1e-5f * distance;
+    };
     struct Shares {
         std::vector<double> reference, few;  ///< few: by as many rays as the cache takes
     };
@@ -417,8 +425,12 @@ void measure_flicker(const std::string& name, const std::string& scene, float la
     double reference_change = 0.0;
     double pairs = 0.0;
     std::size_t flickering = 0;
+    std::vector<char> stays(points.size());
     for (int frame = first + 1; frame <= first + 6; ++frame) {
+        std::ranges::transform(points, stays.begin(), is_seen);
         const demo::SceneChange change = stage.go_to(frame);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            stays[i] = stays[i] != 0 && is_seen(points[i]) ? 1 : 0;
         const std::vector<lightmesh::Light> next = stage.lamps();
         std::vector<float> now(values.size());
         demo::follow_scene(cache, next, change);
@@ -436,7 +448,7 @@ void measure_flicker(const std::string& name, const std::string& scene, float la
             for (std::size_t i = 0; i < points.size(); ++i) {
                 const double was = before.reference[i];
                 const double step = all[l].reference[i] - was;
-                if (was < 0.02 || was > 0.98 || (of_objects && step == 0.0))
+                if (stays[i] == 0 || was < 0.02 || was > 0.98 || (of_objects && step == 0.0))
                     continue;
                 const double cached =
                     static_cast<double>(now[i * lights + l]) - static_cast<double>(values[i * lights + l]);
