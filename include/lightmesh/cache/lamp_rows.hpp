@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <new>
 #include <span>
 
 namespace lightmesh::detail {
@@ -98,9 +99,9 @@ public:
             begin_plan();
     }
 
-    /// Calls add(ray, segment) for the rays of a round: `take` is to be told of each. From the record itself
-    /// go the first rays of the plan to each light, and where any of those disagree 16 and twice as many as
-    /// long as they disagree, up to the most.
+    /// Calls add(ray, make) for the rays of a round: make() gives the segment, and `take` is to be told of
+    /// each. From the record itself go the first rays of the plan to each light, and where any of those
+    /// disagree the most.
     template <class Add>
     void list_round(Add&& add) const {
         // Light by light: what runs side by side, tracers of packets do at once.
@@ -133,8 +134,9 @@ public:
         }
         if (until_ != look_.plan.most && mixed != 0) {
             wanted_ = mixed;
+            // More rays never make them agree.
             first_ = until_;
-            until_ = (std::min)((std::max)(2 * first_, std::size_t{16}), look_.plan.most);
+            until_ = look_.plan.most;
             return true;
         }
         for (std::uint64_t rest = unsettled_; rest != 0; rest &= rest - 1) {
@@ -179,11 +181,12 @@ private:
                 continue;
             const Lamp::View view = view_of(lamp, origin);
             if (lamp.is_point()) {
-                add(static_cast<std::uint8_t>(l), view.middle_ray());
+                add(static_cast<std::uint8_t>(l), [&] { return view.middle_ray(); });
                 continue;
             }
             for (std::size_t k = 0; k < look_.rays_of_place; ++k)
-                add(static_cast<std::uint8_t>(l), view.ray(look_.part[i] + k * look_.parts_apart));
+                add(static_cast<std::uint8_t>(l),
+                    [&] { return view.ray(look_.part[i] + k * look_.parts_apart); });
         }
     }
     /// After those: what a probe says, or what is left for rays from the record itself.
@@ -246,14 +249,14 @@ private:
         const auto ray = static_cast<std::uint8_t>(l);
         if (lamp.is_point()) {
             if (first_ == 0)
-                add(ray, view.middle_ray());
+                add(ray, [&] { return view.middle_ray(); });
             return;
         }
         if (first_ == 0 && look_.plan.has_rim)
             for (std::size_t i = 0; i < 8; ++i)
-                add(static_cast<std::uint8_t>(ray | rim_flag), view.rim_ray(i));
+                add(static_cast<std::uint8_t>(ray | rim_flag), [&] { return view.rim_ray(i); });
         for (std::size_t i = first_; i < until_; ++i)
-            add(ray, view.ray(i));
+            add(ray, [&] { return view.ray(i); });
     }
 
     const LampTable* lamps_;
@@ -282,7 +285,7 @@ public:
             return;
         LampTally tally(lamps, tile, look, wanted);
         do {
-            tally.list_round([&](std::uint8_t ray, const Segment& segment) { add(ray, segment, tally); });
+            tally.list_round([&](std::uint8_t ray, const auto& make) { add(ray, make, tally); });
             flush(tally);
         } while (tally.end_round(values));
     }
@@ -290,8 +293,10 @@ public:
     std::uint64_t rays() const { return rays_; }
 
 private:
-    void add(std::uint8_t ray, const Segment& segment, LampTally& tally) {
-        segments_[count_] = segment;
+    template <class Make>
+    void add(std::uint8_t ray, const Make& make, LampTally& tally) {
+        // Made in its place: to copy what was written in smaller parts takes long.
+        new (&segments_[count_]) Segment(make());
         ray_[count_++] = ray;
         if (count_ == segments_.size())
             flush(tally);

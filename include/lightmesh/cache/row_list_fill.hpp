@@ -85,8 +85,8 @@ private:
             rays_.clear();
             for (const Work& work : works_) {
                 const auto w = static_cast<std::uint32_t>(&work - works_.data());
-                work.tally.list_round([&](std::uint8_t ray, const Segment& segment) {
-                    segments_.push_back(segment);
+                work.tally.list_round([&](std::uint8_t ray, const auto& make) {
+                    segments_.push_back(make());
                     rays_.push_back({w, ray});
                 });
             }
