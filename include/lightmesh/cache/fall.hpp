@@ -69,17 +69,9 @@ std::optional<SolidExit> find_exit(const Tracer& tracer, const glm::vec3& start,
     }
 }
 
-/// The distance by which a surface known nearby may lie above or below where it goes on, world units.
+/// The distance by which a surface may lie above where it would go on from a place nearby, world units.
 inline float landing_slack(float step) {
     return 0.004f * step;
-}
-
-/// The segments that tell whether the first surface below a point is about as far down as `fall`: the first
-/// one must be open, the second one blocked.
-inline std::array<Segment, 2> segments_around_landing(const glm::vec3& start, const Facing& facing,
-                                                      float fall, float step) {
-    return {Segment{start, start - (fall - landing_slack(step)) * facing.up()},
-            Segment{start, start - (fall + landing_slack(step)) * facing.up()}};
 }
 
 /// The first surface below a point, within `length`.

@@ -494,9 +494,10 @@ private:
         }
     }
 
-    /// Sixteen places around a record, where its surface goes on. One of the middle ones is the record
-    /// itself: all others may lie beyond walls. Of the finest level of shaft rows, which has most records,
-    /// there are eight, in turn, and from each two rays: to find a place takes rays, too.
+    /// Sixteen places around a record, on the plane of its surface as far as the record's lattice point sees
+    /// them, else where something falls. Beyond an edge a place in the air does as well: it looks at the same
+    /// lamps. One of the middle ones is the record itself. Of the finest level of shaft rows, which has most
+    /// records, there are eight, in turn, and from each two rays: to find a place takes rays, too.
     void look_around_record(const Column& column, RowLook& look) const {
         constexpr std::size_t own_part = 5;
         const RecordKey& key = column.key;
@@ -504,10 +505,11 @@ private:
         const auto step = static_cast<float>(look.origin.step);
         const float fall = column.record->fall;
         const float slack = landing_slack(step);
+        const glm::vec3 lattice_point = lattice_.position(key.index(), key.level());
         const bool has_half = key.level() == Lattice::finest_shaft_level;
         std::array<glm::vec3, RowLook::most_places> starts;
-        std::array<Segment, 2 * RowLook::most_places> segments;
-        std::array<std::uint8_t, 2 * RowLook::most_places> hit{};
+        std::array<Segment, RowLook::most_places> segments;
+        std::array<std::uint8_t, RowLook::most_places> hit{};
         std::size_t count = 0;
         std::size_t own_place = 0;
         for (std::size_t part = 0; part < RowLook::most_places; ++part) {
@@ -517,20 +519,17 @@ private:
                 own_place = count;
             const glm::dvec2 aside = middle_of_part(part, 4, look.origin.step);
             glm::vec3& start = starts[count];
-            start = lattice_.position(key.index(), key.level());
+            start = lattice_point;
             start[facing.u()] += static_cast<float>(aside.x);
             start[facing.v()] += static_cast<float>(aside.y);
             start[facing.axis] += slope_rise(column.normal, facing, aside.x, aside.y, look.origin.step);
-            const auto around = segments_around_landing(start, facing, fall, step);
-            segments[2 * count] = around[0];
-            segments[2 * count + 1] = around[1];
-            ++count;
+            segments[count++] = {lattice_point, start - (fall - slack) * facing.up()};
         }
         const bool has_room = fall > slack;
         if (has_room) {
-            trace(tracer_, std::span<const Segment>(segments).first(2 * count),
-                  std::span<std::uint8_t>(hit).first(2 * count));
-            drop_rays_.fetch_add(2 * count, std::memory_order_relaxed);
+            trace(tracer_, std::span<const Segment>(segments).first(count),
+                  std::span<std::uint8_t>(hit).first(count));
+            drop_rays_.fetch_add(count, std::memory_order_relaxed);
         }
         look.around = RowLook::Around::first;
         // A quarter of the rays that a lamp may take, but 16 at least.
@@ -542,9 +541,9 @@ private:
                 look.add_place(i, look.origin);
                 continue;
             }
-            const bool goes_on = has_room && hit[2 * i] == 0 && hit[2 * i + 1] != 0;
-            const auto landing = goes_on ? std::optional<Landing>({fall - slack, column.normal})
-                                         : land(starts[i], facing, key.level(), 4.0f);
+            const auto landing = has_room && hit[i] == 0
+                                     ? std::optional<Landing>({fall - slack, column.normal})
+                                     : land(starts[i], facing, key.level(), 4.0f);
             if (!landing)
                 continue;
             const glm::vec3 position = starts[i] - landing->fall * facing.up();
