@@ -24,6 +24,7 @@
 #include <lightmesh/settings.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
+#include <lightmesh/support/check_light.hpp>
 #include <lightmesh/surface_point.hpp>
 
 #include <glm/vec3.hpp>
@@ -73,9 +74,6 @@ template <class Tracer, class Source = Rays>
 class LightMesh {
     static_assert(check_intersector<Tracer>());
 
-    template <class Lights>
-    static constexpr bool fits_lights = std::convertible_to<const Lights&, std::span<const Light>>;
-
 public:
     /// Copies adapter and lights. Any number of lights, also none. Throws std::invalid_argument that names
     /// the value for settings out of range and lights that are not finite.
@@ -96,10 +94,8 @@ public:
 
     /// What does not fit the above says so in one sentence.
     template <class Lights>
-    LightMesh(Tracer, const Lights&, const Settings&) requires(!fits_lights<Lights>) {
-        static_assert(fits_lights<Lights>,
-                      "lightmesh: lights must be a contiguous range of `Light`, such as a "
-                      "`std::vector<Light>`, which holds lights of all kinds");
+    LightMesh(Tracer, const Lights&, const Settings&) requires(!detail::LightRange<Lights>) {
+        detail::check_light_range<Lights>();
     }
     /// As above.
     template <class Other, class Lights>

@@ -23,6 +23,7 @@
 #include <lightmesh/segment.hpp>
 #include <lightmesh/statistics.hpp>
 #include <lightmesh/support/check.hpp>
+#include <lightmesh/support/check_light.hpp>
 #include <lightmesh/surface_point.hpp>
 
 #include <glm/vec3.hpp>
@@ -95,6 +96,12 @@ public:
     template <class Mesh>
     VisibilityCache(Mesh mesh, const CacheSettings& settings) requires std::same_as<Rows, MeshRows<Mesh>>
         : store_(make_store(std::move(mesh), settings)) {}
+
+    /// What does not fit the above says so in one sentence.
+    template <class Lights>
+    VisibilityCache(Tracer, const Lights&, const CacheSettings&) requires(!detail::LightRange<Lights>) {
+        detail::check_light_range<Lights>();
+    }
 
     /// Number of lights: the columns of a query's result.
     std::size_t light_count() const { return store_->lamps().size(); }

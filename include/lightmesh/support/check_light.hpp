@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <limits>
 #include <numbers>
@@ -17,6 +18,16 @@
 #include <variant>
 
 namespace lightmesh::detail {
+
+template <class Lights>
+concept LightRange = std::convertible_to<const Lights&, std::span<const Light>>;
+
+/// Says in one sentence what a constructor asks of lights.
+template <class Lights>
+constexpr void check_light_range() {
+    static_assert(LightRange<Lights>, "lightmesh: lights must be a contiguous range of `Light`, such as a "
+                                      "`std::vector<Light>`, which holds lights of all kinds");
+}
 
 /// Lengths up to this, in world units, can be squared and added without overflow.
 inline constexpr float largest_length = 1e18f;
