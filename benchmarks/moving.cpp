@@ -178,7 +178,8 @@ void time_moves(const std::string& what, demo::AnimatedScene animated, const dem
                 const Make& make, std::size_t every, double to_reach) {
     Stage park(std::move(animated), park_lamp_radius, moving);
     auto subject = make(park);
-    const double cold = processor_seconds([&] { ask(subject, Picture(park.scene(), 960, 720, every)); });
+    const Picture still(park.scene(), 960, 720, every);
+    const double cold = processor_seconds([&] { ask(subject, still); });
     double frame = 1e9;
     double update = 0.0;
     double warm = 1e9;

@@ -10,7 +10,6 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>

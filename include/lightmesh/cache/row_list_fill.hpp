@@ -81,30 +81,36 @@ private:
 
     void find() {
         while (!works_.empty()) {
-            segments_.clear();
-            rays_.clear();
-            for (const Work& work : works_) {
-                const auto w = static_cast<std::uint32_t>(&work - works_.data());
-                work.tally.list_round([&](std::uint8_t ray, const auto& make) {
-                    segments_.push_back(make());
-                    rays_.push_back({w, ray});
-                });
-            }
-            trace_listed();
-            std::size_t next = 0;
             std::size_t left = 0;
-            for (std::size_t w = 0; w < works_.size(); ++w) {
-                Work& work = works_[w];
-                for (; next < rays_.size() && rays_[next].work == w; ++next)
-                    work.tally.take(rays_[next].ray, hit_[next] == 0);
-                if (!work.tally.end_round(work.values))
-                    store_.keep_row(*work.record, work.tile, work.wanted, work.values);
-                else if (left++ != w)
-                    works_[left - 1] = work;
+            for (std::size_t w = 0; w < works_.size();) {
+                const std::size_t end = list_rays(w);
+                trace_listed();
+                for (std::size_t next = 0; w < end; ++w) {
+                    Work& work = works_[w];
+                    for (; next < rays_.size() && rays_[next].work == w; ++next)
+                        work.tally.take(rays_[next].ray, hit_[next] == 0);
+                    if (!work.tally.end_round(work.values))
+                        store_.keep_row(*work.record, work.tile, work.wanted, work.values);
+                    else if (left++ != w)
+                        works_[left - 1] = work;
+                }
             }
             works_.erase(works_.begin() + static_cast<std::ptrdiff_t>(left), works_.end());
         }
         values_begun_ = 0;
+    }
+
+    /// Lists the rays of a round for some works, until they fill a call. Returns the first of the others.
+    std::size_t list_rays(std::size_t first) {
+        segments_.clear();
+        rays_.clear();
+        std::size_t w = first;
+        for (; w < works_.size() && segments_.size() < most_listed_segments; ++w)
+            works_[w].tally.list_round([&](std::uint8_t ray, const auto& make) {
+                segments_.push_back(make());
+                rays_.push_back({static_cast<std::uint32_t>(w), ray});
+            });
+        return w;
     }
 
     void trace_listed() {
