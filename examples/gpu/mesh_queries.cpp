@@ -24,10 +24,13 @@ constexpr std::uint32_t footprints_of_quality_4[] = {
 constexpr std::uint32_t footprints_of_quality_16[] = {
 #include "spirv/mesh_query_footprints_16.inc"
 };
+constexpr std::uint32_t exact_query[] = {
+#include "spirv/mesh_query_exact.inc"
+};
 
-/// Without footprints and with them: for q up to 4, and up to 16.
-constexpr std::array<std::span<const std::uint32_t>, 4> shaders{
-    query_of_quality_4, query_of_quality_16, footprints_of_quality_4, footprints_of_quality_16};
+/// Without footprints and with them: for q up to 4, and up to 16. Then that of the exact short test.
+constexpr std::array<std::span<const std::uint32_t>, 5> shaders{
+    query_of_quality_4, query_of_quality_16, footprints_of_quality_4, footprints_of_quality_16, exact_query};
 
 }  // namespace
 
@@ -46,7 +49,9 @@ MeshQueries::Answer MeshQueries::ask(std::span<const lightmesh::SurfacePoint> po
                                      const TraceSegments& trace, bool is_timed) {
     const bool has_footprints =
         std::ranges::any_of(points, [](const auto& point) { return point.footprint != 0.0f; });
-    const std::size_t which = (mesh_->upload().max_quality() <= 4 ? 0u : 1u) + (has_footprints ? 2u : 0u);
+    const lightmesh::MeshUpload& upload = mesh_->upload();
+    const std::size_t which =
+        upload.is_exact() ? 4u : (upload.max_quality() <= 4 ? 0u : 1u) + (has_footprints ? 2u : 0u);
     HostRayQuery query{.shader = shaders[which],
                        .kernel = kernels_[which],
                        .bindings = mesh_->bindings(0),

@@ -41,7 +41,7 @@ private:
     std::vector<std::byte> no_requests_;
     ComputeBuffer requests_;
     std::optional<UploadedMesh> mesh_;
-    std::array<std::optional<ComputeKernel>, 4> kernels_;  ///< of each of the shaders
+    std::array<std::optional<ComputeKernel>, 5> kernels_;  ///< of each of the shaders
 };
 
 }  // namespace demo

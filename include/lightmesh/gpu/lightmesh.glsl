@@ -2,7 +2,7 @@
 //
 // Light meshes in shaders: S of equation (3) at a surface point from a mesh that `lightmesh::MeshUpload`
 // (mesh_upload.hpp) laid out, bit-equal to `LightMesh::visibility` on the CPU. For any number of lights, q of
-// 1 to 16, ShortTest::none and linked.
+// 1 to 16, ShortTest::none and linked, and exact by macro.
 //
 //     #define LIGHTMESH_SET 0
 //     #define LIGHTMESH_BINDING 0                // this storage buffer and the five after it
@@ -32,6 +32,8 @@
 //     LIGHTMESH_SET, LIGHTMESH_BINDING   where the buffers are bound; 0 and 0
 //     LIGHTMESH_MAX_QUALITY              the greatest q that the shader serves; 16. With 4 it is faster
 //     LIGHTMESH_NO_RAYS                  there is no lightmesh_is_open: what needs a ray is missing
+//     LIGHTMESH_EXACT                    also serves ShortTest::exact, a ray to each light point of a hemisphere and
+//                                        tile of lights
 //
 // GLSL 4.5 for Vulkan 1.0: no 64-bit types, no subgroups, no shared memory; in any stage that can write to
 // storage buffers. Sums and products must round to nearest, as they do on all GPUs. What the CPU does in double is done
@@ -83,7 +85,7 @@ struct LightMeshLevel {
 layout(std430, set = LIGHTMESH_SET, binding = LIGHTMESH_BINDING) readonly buffer LightMeshHeader {
     uvec2 steps_per_footprint;  // a double
     float quality;
-    uint short_test;  // 0: none, 1: linked
+    uint short_test;  // 0: none, 1: linked, 2: exact
     uint fraction_bits;
     int radius_squared;
     uint light_count;
@@ -415,7 +417,7 @@ uvec2 lightmesh_reaching(vec3 P, vec3 n, uint tile) {
 const uint lightmesh_no_ray = 1u;       // it needs a ray, and there is no lightmesh_is_open
 const uint lightmesh_not_filled = 2u;   // `fill` finds what it needs
 const uint lightmesh_outside = 4u;      // P or n is not finite, or P lies outside of the grid
-const uint lightmesh_not_served = 8u;   // q is greater than LIGHTMESH_MAX_QUALITY
+const uint lightmesh_not_served = 8u;   // q is greater than LIGHTMESH_MAX_QUALITY, or it takes LIGHTMESH_EXACT
 
 // In fixed point: see query/hemisphere.hpp.
 struct LightMeshHemisphere {
@@ -445,6 +447,7 @@ struct LightMeshPoint {
     bool is_requested;
     uint uniform_brick;  // a brick like all others for the lights that reach P; lightmesh_no_brick: they differ
     LightMeshHemisphere hemisphere;
+    bool is_tested;  // only what P sees is averaged: the exact short test
     // The linked short test:
     bool is_linked;  // only what floods reach is averaged
     bool is_settled;  // no more seeds are sought
@@ -454,7 +457,7 @@ struct LightMeshPoint {
     uint left;        // which of the eight were not sought yet
     int far_seeds;    // how many of twelve others were; 13: all
     int size;         // number of light points of the hemisphere; -1: not counted yet
-    int linked;       // of those that floods reach
+    int linked;       // of those that the short test leaves
 };
 
 // Light points of a row of twelve, from light point `first` of the hemisphere's box on; a bit each. `square`, `height`:
@@ -861,6 +864,23 @@ ivec3 lightmesh_point_at(LightMeshPoint p, int number) {
     return ivec3(0);
 }
 
+#ifdef LIGHTMESH_EXACT
+// Of some light points of a brick those that P sees.
+uvec2 lightmesh_seen(LightMeshPoint p, ivec3 brick, uvec2 mask) {
+    uvec2 seen = uvec2(0u);
+    while ((mask.x | mask.y) != 0u) {
+        bool is_low = mask.x != 0u;
+        int bit = findLSB(is_low ? mask.x : mask.y);
+        uvec2 one = is_low ? uvec2(1u << bit, 0u) : uvec2(0u, 1u << bit);
+        mask &= ~one;
+        ivec3 light_point = lightmesh_point_of(brick, is_low ? bit : 32 + bit);
+        if (lightmesh_is_open(p.end, lightmesh_light_point(p.level, light_point)))
+            seen |= one;
+    }
+    return seen;
+}
+#endif
+
 // The first light point of the hemisphere that P sees, in the same order; false if it sees none.
 bool lightmesh_find_seen(LightMeshPoint p, out ivec3 seen) {
     for (int z = 0; z < p.hemisphere.bricks.z; ++z)
@@ -1011,7 +1031,8 @@ LightMeshPoint lightmesh_point_on(int level, vec3 P, vec3 n, float footprint) {
     p.missing = 0u;
     p.is_requested = false;
     p.uniform_brick = lightmesh_no_brick;
-    p.is_linked = lightmesh.short_test != 0u;
+    p.is_tested = false;
+    p.is_linked = lightmesh.short_test == 1u;
     p.is_settled = !p.is_linked;
     p.floods.count = 0;
     p.floods.first = 0u;
@@ -1036,17 +1057,23 @@ LightMeshPoint lightmesh_point_on(int level, vec3 P, vec3 n, float footprint) {
         p.missing = lightmesh_outside;
         return p;
     }
-    if (lightmesh.quality > float(LIGHTMESH_MAX_QUALITY)) {
+    bool is_exact = lightmesh.short_test == 2u;
+#ifdef LIGHTMESH_EXACT
+    const bool serves_exact = true;
+#else
+    const bool serves_exact = false;
+#endif
+    if (lightmesh.quality > float(LIGHTMESH_MAX_QUALITY) || is_exact && !serves_exact) {
         p.missing = lightmesh_not_served;
         return p;
     }
-    if (p.is_linked) {
 #ifdef LIGHTMESH_NO_RAYS
+    if (p.is_linked || is_exact)
         p.missing = lightmesh_no_ray;
 #else
+    if (p.is_linked)
         lightmesh_begin_seeds(p);
 #endif
-    }
     return p;
 }
 
@@ -1174,7 +1201,7 @@ bool lightmesh_sees_light(uint of_level, ivec3 brick, uint p, uint slot) {
 // The findings of a pass over the hemisphere for a tile of lights.
 struct LightMeshPass {
     int size;             // number of light points
-    int linked;           // of these that floods reach; all without the linked short test
+    int linked;           // of these that the short test leaves
     uint missing_groups;  // eights of lights of which something is not known
     bool agrees;          // whether all bricks are known to be uniform for each of the lights, and alike
 };
@@ -1203,6 +1230,13 @@ LightMeshPass lightmesh_count(LightMeshPoint p, uint t, uvec2 lights, bool only_
                         if ((mask.x | mask.y) == 0u)
                             continue;
                     }
+#if defined(LIGHTMESH_EXACT) && !defined(LIGHTMESH_NO_RAYS)
+                    if (p.is_tested) {
+                        mask = lightmesh_seen(p, coord, mask);
+                        if ((mask.x | mask.y) == 0u)
+                            continue;
+                    }
+#endif
                     pass.linked += lightmesh_bits_in(mask);
                     if (region_at != coord >> 2) {
                         region_at = coord >> 2;
@@ -1273,6 +1307,22 @@ void lightmesh_ask_rays(LightMeshPoint p, uint t, inout LightMeshTile tile) {
 }
 #endif
 
+#if defined(LIGHTMESH_EXACT) && !defined(LIGHTMESH_NO_RAYS)
+// True if the exact short test can change what was counted: if light points disagree about a light, or P sees none of
+// them.
+bool lightmesh_needs_test(LightMeshPoint p, uvec2 lights, LightMeshPass pass, LightMeshTile tile) {
+    if (pass.size == 0 || pass.missing_groups != 0u)
+        return false;
+    uvec2 none = lights, all = lights;
+    for (int k = 0; k < LIGHTMESH_PLANES; ++k) {
+        none &= ~tile.planes[k];
+        all &= (pass.size >> k & 1) != 0 ? tile.planes[k] : ~tile.planes[k];
+    }
+    ivec3 seen;
+    return (none | all) != lights || !lightmesh_find_seen(p, seen);
+}
+#endif
+
 void lightmesh_clear(inout LightMeshTile tile) {
     for (int k = 0; k < LIGHTMESH_PLANES; ++k)
         tile.planes[k] = uvec2(0u);
@@ -1297,6 +1347,7 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
     // same: then tile by tile is asked whether they do. Tiles that do so far; ~0: it is not asked.
     uint agreeing = 0xffffffffu;
     ivec3 seed = ivec3(0);
+    p.is_tested = false;
     // Until no more seeds are needed; once for later tiles.
     while (true) {
         bool only_agrees = agreeing != 0xffffffffu;
@@ -1342,6 +1393,12 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
         p.size = pass.size;
         p.linked = pass.linked;
         p.is_settled = is_last || (p.floods.count > 0 && 3 * p.linked >= 2 * p.size);
+#if defined(LIGHTMESH_EXACT) && !defined(LIGHTMESH_NO_RAYS)
+        if (lightmesh.short_test == 2u && !p.is_tested && lightmesh_needs_test(p, lights, pass, tile)) {
+            p.is_tested = true;
+            continue;
+        }
+#endif
         if (p.is_settled)
             break;
     }
@@ -1370,6 +1427,11 @@ LightMeshTile lightmesh_tile(inout LightMeshPoint p, uint t) {
     tile.m = p.linked;
     tile.missing = lightmesh_lights_of(pass.missing_groups) & tile.reaching;
     if (pass.missing_groups != 0u) {
+#ifdef LIGHTMESH_EXACT
+        // The exact short test waits until all is known.
+        if (lightmesh.short_test == 2u)
+            tile.missing = tile.reaching;
+#endif
         tile.why = lightmesh_not_filled;
         lightmesh_request(p);
     }

@@ -50,8 +50,8 @@ public:
     /// The binding of the request buffer, counted from LIGHTMESH_BINDING.
     static constexpr std::uint32_t requests_binding = 5;
 
-    /// Throws std::invalid_argument if the view is of a cache, or of a mesh with ShortTest::exact, which
-    /// takes a ray for each light point; std::length_error if the mesh is too large for 32-bit indices.
+    /// Throws std::invalid_argument if the view is of a cache; std::length_error if the mesh is too large for
+    /// 32-bit indices.
     explicit MeshUpload(const SnapshotView& view) { update(view); }
 
     /// The buffers from LIGHTMESH_BINDING on, all of their bytes. Valid until the next `update`.
@@ -70,9 +70,6 @@ public:
         const detail::SnapshotReader* reader = detail::SnapshotReaders::mesh(view);
         if (reader == nullptr)
             throw std::invalid_argument("lightmesh: this snapshot is of a cache, not of a mesh");
-        if (reader->settings().short_test == ShortTest::exact)
-            throw std::invalid_argument("lightmesh: ShortTest::exact takes a ray to each light point, and is "
-                                        "not for shaders; use linked, or none");
         const detail::MeshView& finest = reader->finest().view();
         if (!fits(finest))
             start_anew(*reader);
@@ -91,6 +88,9 @@ public:
 
     /// The least LIGHTMESH_MAX_QUALITY that serves the mesh.
     int max_quality() const { return static_cast<int>(std::ceil(quality_)); }
+
+    /// True if only shaders with LIGHTMESH_EXACT serve the mesh.
+    bool is_exact() const { return words_[header][3] == static_cast<std::uint32_t>(ShortTest::exact); }
 
 private:
     enum Buffer : std::size_t { header, lights, directory, bricks, bits };
@@ -164,7 +164,7 @@ private:
         detail::UploadWords& to = words(header);
         to.set(0, reader.rule().steps_per_footprint());
         to.set(2, quality_);
-        to.set(3, reader.settings().short_test == ShortTest::linked ? 1u : 0u);
+        to.set(3, static_cast<std::uint32_t>(reader.settings().short_test));
         const detail::Hemisphere at_origin(reader.finest().grid(), glm::dvec3(0.0), glm::vec3(0.0f),
                                            glm::vec3(0.0f));
         to.set(4, static_cast<std::uint32_t>(at_origin.fraction_bits));
