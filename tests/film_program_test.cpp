@@ -391,6 +391,22 @@ TEST_CASE("lightmesh-render film --on gpu: things move among many lights of smal
     check_last_frame(folder, command, 3);
 }
 
+TEST_CASE("lightmesh-render film --on gpu --memory: meshes forget between frames, and the pictures stay") {
+    const TemporaryFolder folder;
+    const std::string command = "spheres -a express --on gpu --fps 2 --frames 3 --width 24 --height 18 -o ";
+    const Finished all = film(folder, command + (folder / "all").string());
+    REQUIRE_MESSAGE(all.status == 0, all.errors);
+    CHECK(all.output.find("memory of the mesh") != std::string::npos);
+    CHECK(all.output.find("bricks forgotten for memory") == std::string::npos);
+    const Finished few = film(folder, command + (folder / "few").string() + " --memory 0.1");
+    REQUIRE_MESSAGE(few.status == 0, few.errors);
+    const std::size_t row = few.output.find("bricks forgotten for memory");
+    REQUIRE(row != std::string::npos);
+    CHECK(std::stoi(few.output.substr(few.output.find_first_of("0123456789", row))) > 0);
+    for (int number = 1; number <= 3; ++number)
+        CHECK(demo::read_file(frame(folder, "all", number)) == demo::read_file(frame(folder, "few", number)));
+}
+
 TEST_CASE("lightmesh-render film --on gpu: Ctrl-C keeps whole frames, and the same command goes on") {
     const TemporaryFolder folder;
     const std::string out = (folder / "film").string();
@@ -475,15 +491,11 @@ TEST_CASE("lightmesh-render film: bad input gets one line, and leaves nothing be
     check_refused("spheres --from 7", "--from 7 is not before the end of the animation, 6");
     check_refused("spheres --memory 0", "0 is not a finite number above 0");
     check_refused("spheres --memory nan", "nan is not a finite number above 0");
-    check_refused("spheres --memory 5 --on gpu", "--on gpu does not know --memory");
     check_refused("spheres --time 1", "--time is of still pictures");
     check_refused("spheres --moving walls", "walls");
     check_refused("spheres -o film.png", "a film goes into a folder");
     check_refused("spheres --format exr -o film.mp4", "made of PNG files");
     check_refused("spheres --format bmp", "bmp");
-    check_refused("spheres --on gpu -a shadow-map",
-                  "--on gpu does not know --algorithm shadow-map; it knows cache, blur-cache");
-    check_refused("spheres --on gpu -a lmm", "--on gpu does not know --short-test exact");
     check_refused("spheres --on gpu --device none-such", "no device \"none-such\"", 2);
     check_refused("spheres --on fpga", "fpga");
 }

@@ -63,13 +63,10 @@ demo::RenderOptions small_picture() {
 /// Whether shaders' and the CPU's picture of a scene are one to the eye, and not black.
 void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& scene,
                         const std::string& algorithm, const demo::RenderOptions& options,
-                        bool shaft_rows = false) {
+                        const demo::VisibilityOptions& visibility) {
     CAPTURE(scene.name);
     CAPTURE(algorithm);
     const demo::EmbreeScene embree(scene);
-    demo::VisibilityOptions visibility = demo::options_of(scene);
-    visibility.cache.shaft_rows = shaft_rows;
-    visibility.area_samples = 4;
     const auto shadows = demo::make_visibility(algorithm, embree, visibility);
     demo::RenderStatistics of_cpu;
     const demo::Image expected = demo::render(embree, *shadows, options, of_cpu);
@@ -93,11 +90,19 @@ void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& sc
     CHECK(renderer.filled().rays == (mesh ? mesh->listed_rays : cache ? cache->listed_rays : 0));
     // Shaders trace what is found by rays of these; what a mesh tells a cache, maps and volumes are the
     // host's.
-    const bool is_filled_by_shaders =
-        algorithm == "cache" || algorithm == "lmm" || algorithm == "linked" || algorithm == "express";
-    CHECK((renderer.filled().rays > 0) == is_filled_by_shaders);
+    CHECK((renderer.filled().rays > 0) == demo::keeps_snapshot(algorithm));
+    CHECK((renderer.bytes() > 0) == (algorithm != "whitted" && algorithm != "area"));
     if (mesh)
         CHECK(mesh->long_rays == 0);
+}
+
+void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& scene,
+                        const std::string& algorithm, const demo::RenderOptions& options,
+                        bool shaft_rows = false) {
+    demo::VisibilityOptions visibility = demo::options_of(scene);
+    visibility.cache.shaft_rows = shaft_rows;
+    visibility.area_samples = 4;
+    check_same_picture(device, scene, algorithm, options, visibility);
 }
 
 /// Half of them across the whole scene, half of them short ones.
@@ -477,6 +482,126 @@ TEST_CASE("gpu frame: light meshes by maps and volumes, and seen through a cache
     check_same_picture(device, demo::make_rooms(), "express+volume", options);
 }
 
+TEST_CASE("gpu frame: the exact short test by rays of shaders, long tests by these and by the host") {
+    const demo::ComputeDevice device;
+    demo::RenderOptions options;
+    options.width = 24;
+    options.height = 18;
+    demo::VisibilityOptions visibility = demo::options_of(demo::make_spheres());
+    visibility.settings.short_test = lightmesh::ShortTest::exact;
+    for (const char* algorithm : {"lmm", "lmm+map", "lmm+volume"})
+        check_same_picture(device, demo::make_spheres(), algorithm, options, visibility);
+    visibility.settings.quality = 5.0f;
+    check_same_picture(device, demo::make_spheres(), "lmm", options, visibility);
+}
+
+TEST_CASE("gpu frame: shadow maps that shaders look up, and volumes that the host does") {
+    const demo::ComputeDevice device;
+    for (const char* algorithm : {"shadow-map", "shadow-volume"})
+        check_same_picture(device, demo::make_spheres(), algorithm, small_picture());
+    // Maps of all shapes: faces of cubes, what a narrow cone and the sun see, texels beyond their edges.
+    demo::Scene scene = demo::make_rooms();
+    scene.lights.resize(3);
+    scene.lights.push_back({.shape = lightmesh::SpotLight{.position = scene.camera.eye,
+                                                          .axis = scene.camera.target - scene.camera.eye,
+                                                          .cone = 0.3f},
+                            .intensity = glm::vec3(20.0f)});
+    scene.lights.push_back(
+        {.shape = lightmesh::DirectionalLight{{0.3f, 0.4f, -1.0f}}, .intensity = glm::vec3(0.5f)});
+    demo::VisibilityOptions visibility = demo::options_of(scene);
+    visibility.settings.shadow_map_size = 96;
+    demo::RenderOptions options = small_picture();
+    options.samples = 2;
+    check_same_picture(device, scene, "shadow-map", options, visibility);
+    visibility.depth = demo::DepthSource::embree;
+    check_same_picture(device, scene, "shadow-map", options, visibility);
+    check_same_picture(device, scene, "shadow-volume", options, visibility);
+}
+
+TEST_CASE("gpu frame: parts of a picture are those of all of it") {
+    const demo::ComputeDevice device;
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    demo::RenderOptions options;
+    options.width = 24;
+    options.height = 18;
+    for (const char* algorithm : {"whitted", "shadow-volume", "express"}) {
+        CAPTURE(algorithm);
+        demo::GpuRenderer renderer(device, algorithm, embree, demo::options_of(scene), options);
+        demo::RenderStatistics statistics;
+        const demo::GpuPicture whole = renderer.render(statistics);
+        demo::Image joined(options.width, options.height);
+        for (const demo::PixelRange part : {demo::PixelRange{0, 100}, {100, 100}, {100, 432}}) {
+            const demo::GpuPicture found = renderer.render(part, statistics);
+            CHECK(statistics.finished);
+            CHECK(statistics.primary_rays == part.end - part.first);
+            for (std::size_t i = 0; i < joined.pixels.size(); ++i) {
+                if (i >= part.first && i < part.end)
+                    joined.pixels[i] = found.linear.pixels[i];
+                else
+                    REQUIRE(found.linear.pixels[i] == glm::vec3(0.0f));
+            }
+        }
+        CHECK(joined.pixels == whole.linear.pixels);
+    }
+}
+
+TEST_CASE("gpu frame: what one renderer has found another one takes over") {
+    const demo::ComputeDevice device;
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    demo::RenderOptions options;
+    options.width = 20;
+    options.height = 15;
+    for (const char* algorithm : {"cache", "express", "express+volume"}) {
+        CAPTURE(algorithm);
+        const demo::VisibilityOptions visibility = demo::options_of(scene);
+        demo::GpuRenderer first(device, algorithm, embree, visibility, options);
+        demo::GpuRenderer second(device, algorithm, embree, visibility, options);
+        demo::RenderStatistics statistics;
+        const demo::GpuPicture picture = first.render(statistics);
+        second.merge(first.snapshot());
+        CHECK(second.render(statistics).linear.pixels == picture.linear.pixels);
+        CHECK(10 * demo::kept_rays(second) <= demo::kept_rays(first));
+    }
+}
+
+TEST_CASE("gpu frame: over its budget of memory a renderer forgets between frames, and renders the same") {
+    const demo::ComputeDevice device;
+    const demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    demo::RenderOptions options;
+    options.width = 16;
+    options.height = 12;
+    for (const std::string algorithm : {"cache", "express", "express+volume"}) {
+        CAPTURE(algorithm);
+        const bool is_cache = algorithm == "cache";
+        demo::VisibilityOptions visibility = demo::options_of(scene);
+        demo::RenderStatistics statistics;
+        demo::GpuRenderer other(device, algorithm, embree, visibility, options);
+        const demo::GpuPicture expected = other.render(statistics);
+        visibility.settings.memory_budget = visibility.cache.memory_budget = other.bytes() / 8;
+        demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
+        for (int frame = 0; frame < 4; ++frame) {
+            renderer.begin_frame();
+            const demo::GpuPicture found = renderer.render(statistics);
+            CHECK(statistics.finished);
+            // The host answers where a full cache keeps nothing: by other roundings than the device.
+            if (is_cache)
+                CHECK(demo::share_beyond_one_step(found.linear, expected.linear) <= 0.001);
+            else
+                CHECK(found.linear.pixels == expected.linear.pixels);
+        }
+        if (is_cache) {
+            CHECK(renderer.bytes() < other.bytes());
+        } else {
+            CHECK(renderer.mesh()->evicted_bricks > 0);
+            // What is in use stays.
+            CHECK(renderer.mesh()->long_tests < 2 * other.mesh()->long_tests);
+        }
+    }
+}
+
 TEST_CASE("gpu frame: what one picture has found another one begins with, on host and device") {
     const demo::ComputeDevice device;
     demo::RenderOptions options;
@@ -541,6 +666,8 @@ TEST_CASE("gpu frame: in films pictures are those of a new renderer to the bit")
     follow(demo::animate_spheres(), "express+map", {1.0});
     follow(demo::animate_spheres(), "linked+volume", {1.0});
     follow(demo::animate_spheres(), "express", {1.5, 3.0});
+    follow(demo::animate_spheres(), "shadow-map", {1.0});
+    follow(demo::animate_spheres(), "shadow-volume", {1.0});
     follow(demo::animate_park(), "whitted", {1.0, 2.0});
 }
 
@@ -614,15 +741,12 @@ TEST_CASE("gpu frame: what shaders do not know is refused by its name, and a can
         }
         return "nothing was thrown";
     };
-    for (const char* algorithm : {"shadow-map", "shadow-volume"})
-        CHECK(message_of(algorithm, {}, small_picture()) ==
-              "--on gpu does not know --algorithm " + std::string(algorithm) +
-                  "; it knows cache, blur-cache, whitted, area, lmm, linked, express, lmm+map, linked+map, "
-                  "express+map, lmm+volume, linked+volume, express+volume");
-    demo::VisibilityOptions exact;
-    exact.settings.short_test = lightmesh::ShortTest::exact;
-    for (const char* algorithm : {"lmm", "lmm+map", "lmm+volume"})
-        CHECK(message_of(algorithm, exact, small_picture()) == "--on gpu does not know --short-test exact");
+    for (const demo::Algorithm& algorithm : demo::algorithms())
+        CHECK(std::ranges::count(demo::GpuRenderer::algorithms(), algorithm.name) == 1);
+    CHECK(message_of("by-guess", {}, small_picture()) ==
+          "--on gpu does not know --algorithm by-guess; it knows cache, blur-cache, whitted, area, "
+          "shadow-map, shadow-volume, lmm, linked, express, lmm+map, linked+map, express+map, lmm+volume, "
+          "linked+volume, express+volume");
     demo::RenderOptions options = small_picture();
     options.ambient_rays = 4;
     CHECK(message_of("whitted", {}, options) == "--on gpu does not know ambient rays");
@@ -653,6 +777,10 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
     CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
                                       demo::read_png(folder / "cpu.png")) <= 0.001);
 
+    const test::Finished by_maps = render("-a shadow-map --on gpu -o " + file("map.png"));
+    REQUIRE_MESSAGE(by_maps.status == 0, by_maps.errors);
+    CHECK(by_maps.output.find("memory of maps and volumes") != std::string::npos);
+
     for (const std::string on : {"cpu", "gpu"})
         REQUIRE(test::run(folder, LIGHTMESH_RENDER
                                       " picture rooms --width 24 --height 18 -a cache --no-shaft-rows --on " +
@@ -667,8 +795,6 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
         CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
         CHECK(ran.errors.starts_with("lightmesh-render: "));
     };
-    check_refused("-a lmm", "--on gpu does not know --short-test exact");
-    check_refused("-a shadow-map", "--on gpu does not know --algorithm shadow-map; it knows cache, ");
     check_refused("-a whitted --device none-such", "no device \"none-such\"");
     CHECK_FALSE(std::filesystem::exists(folder / "none.png"));
 }

@@ -214,15 +214,48 @@ TEST_CASE("lightmesh-render by ranks: a picture, and all that was found for it, 
     }
     const Finished refused = by_ranks(folder, 2, "compare rooms -o " + (folder / "sheet").string());
     CHECK(refused.status == 1);
-    CHECK_MESSAGE(refused.errors == "lightmesh-render: compare runs in one process, not in 2; on the CPU "
-                                    "film and picture share their work out\n",
+    CHECK_MESSAGE(refused.errors == "lightmesh-render: compare runs in one process, not in 2; film and "
+                                    "picture share their work out\n",
                   refused.errors);
-    const Finished on_gpu =
-        by_ranks(folder, 2, "film spheres --on gpu" + tiny + "-o " + (folder / "film").string());
-    CHECK(on_gpu.status == 1);
-    CHECK_MESSAGE(on_gpu.errors == "lightmesh-render: film --on gpu runs in one process, not in 2; on the "
-                                   "CPU film and picture share their work out\n",
-                  on_gpu.errors);
+}
+
+TEST_CASE("lightmesh-render by ranks --on gpu: frames and parts of pictures are those of one process") {
+    const TemporaryFolder folder;
+    const auto run_both = [&](const std::string& arguments, const std::string& extension) {
+        CAPTURE(arguments);
+        const auto named = [&](const char* name) {
+            return arguments + " -o " + (folder / (name + extension)).string();
+        };
+        const Finished alone = test::run(folder, LIGHTMESH_RENDER " " + named("alone"));
+        REQUIRE_MESSAGE(alone.status == 0, alone.errors);
+        const Finished ran = by_ranks(folder, 2, named("by-2"));
+        REQUIRE_MESSAGE(ran.status == 0, ran.errors);
+        return ran.output;
+    };
+    const std::string small = " --on gpu --width 24 --height 17 --threads 1";
+    const std::string found = run_both("film spheres -a express --fps 2 --frames 5 --format exr" + small, "");
+    for (int number = 1; number <= 5; ++number) {
+        const std::string name = "frame-000" + std::to_string(number) + ".exr";
+        CHECK(demo::read_file(folder / "alone" / name) == demo::read_file(folder / "by-2" / name));
+    }
+    // A frame of each rank, then what is known of both, then the others.
+    const std::size_t row = found.find("\nmerges ");
+    REQUIRE(row != std::string::npos);
+    CHECK(std::stoi(found.substr(found.find_first_of("0123456789", row))) == 1);
+
+    const std::string parts = run_both("picture spheres -a shadow-volume" + small, ".exr");
+    CHECK(demo::read_file(folder / "alone.exr") == demo::read_file(folder / "by-2.exr"));
+    CHECK(parts.find("ranks, whose points and rays are summed") != std::string::npos);
+
+    const auto with_mesh = [&](const std::string& name) {
+        return "picture spheres -a express" + small + " -o " + (folder / (name + ".exr")).string() +
+               " --save-mesh " + (folder / (name + ".mesh")).string();
+    };
+    REQUIRE(test::run(folder, LIGHTMESH_RENDER " " + with_mesh("alone")).status == 0);
+    REQUIRE(by_ranks(folder, 2, with_mesh("by-2")).status == 0);
+    for (const char* extension : {".exr", ".mesh"})
+        CHECK(demo::read_file(folder / (std::string("alone") + extension)) ==
+              demo::read_file(folder / (std::string("by-2") + extension)));
 }
 
 TEST_CASE("lightmesh-render by ranks: rank 0 says which rank has failed and why, and whole frames stay") {

@@ -2,6 +2,7 @@
 #include "gpu/cache_shadows.hpp"
 
 #include "gpu/cache_fill.hpp"
+#include "gpu/host_rows.hpp"
 #include "gpu/host_visibility.hpp"
 #include "gpu/lamp_shares.hpp"
 #include "gpu/uploaded.hpp"
@@ -62,6 +63,8 @@ public:
     void update(const EmbreeScene& scene, const SceneChange& change) {
         follow_scene(cache_, lamps_of(scene, options_), change);
     }
+    void begin_frame() { cache_.begin_frame(); }
+    void merge(std::span<const std::byte> known) { cache_.merge(known); }
 
     std::size_t light_count() const { return cache_.light_count(); }
     std::vector<std::byte> snapshot() const { return cache_.snapshot(); }
@@ -80,9 +83,9 @@ using HostCache = std::variant<LampCache, HostVisibility>;
 struct CacheShadows::Parts {
     Parts(const ComputeDevice& on, const std::string& algorithm, const EmbreeScene& scene,
           const GpuScene& copy, const VisibilityOptions& options, std::size_t pixels)
-        : device(on), cache(cache_named(on, algorithm, scene, copy, options)), uploaded(on, snapshot()),
-          row_of_pixel(pixels), rows(on, pixels * sizeof(std::uint32_t)), answers(on, std::size_t{16}),
-          no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {}
+        : cache(cache_named(on, algorithm, scene, copy, options)), uploaded(on, snapshot()),
+          has_budget(options.cache.memory_budget != lightmesh::CacheSettings{}.memory_budget),
+          rows(on, pixels), no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {}
 
     static HostCache cache_named(const ComputeDevice& device, const std::string& algorithm,
                                  const EmbreeScene& scene, const GpuScene& copy,
@@ -96,33 +99,33 @@ struct CacheShadows::Parts {
         return std::visit([](const auto& host) { return host.snapshot(); }, cache);
     }
 
-    void upload() { uploaded.update(snapshot()); }
+    /// Returns how many bytes were written.
+    std::size_t upload() { return uploaded.update(snapshot()); }
 
-    void fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
+    /// False if nothing was found that shaders did not know.
+    bool fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
+        find(points, cancel);
+        return upload() > 0;
+    }
+
+    void find(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
         std::visit([&](auto& host) { host.fill(points, cancel); }, cache);
-        upload();
     }
 
     void answer(std::span<const SurfacePoint> points, std::span<const std::uint32_t> of_pixels,
                 const std::atomic<bool>* cancel) {
-        const std::size_t lights = std::visit([](const auto& host) { return host.light_count(); }, cache);
-        const std::size_t first_row = lights == 0 ? 0 : values.size() / lights;
-        values.resize((first_row + points.size()) * lights);
-        const std::span<float> lit = std::span(values).subspan(first_row * lights);
-        std::visit([&](const auto& host) { host.find(points, lit, cancel); }, cache);
-        for (std::size_t i = 0; i < points.size(); ++i)
-            row_of_pixel[of_pixels[i]] = static_cast<std::uint32_t>(first_row + i + 1);
-        rows.write(0, std::as_bytes(std::span(row_of_pixel)));
-        answers = ComputeBuffer(device, std::as_bytes(std::span(values)));
+        std::visit(
+            [&](const auto& host) {
+                rows.add(of_pixels, host.light_count(),
+                         [&](std::span<float> lit) { host.find(points, lit, cancel); });
+            },
+            cache);
     }
 
-    ComputeDevice device;
     HostCache cache;
     UploadedCache uploaded;
-    std::vector<std::uint32_t> row_of_pixel;
-    ComputeBuffer rows;
-    std::vector<float> values;  ///< the host's answers of this round
-    ComputeBuffer answers;
+    bool has_budget;
+    HostRows rows;
     std::vector<std::byte> no_requests;
     ComputeBuffer requests;
     int turns = 0;  ///< of this round
@@ -142,20 +145,38 @@ void CacheShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     parts_->upload();
 }
 
+void CacheShadows::begin_frame() {
+    if (!parts_->has_budget)
+        return;
+    std::visit([](auto& host) { host.begin_frame(); }, parts_->cache);
+    parts_->upload();
+}
+
+bool CacheShadows::has_budget() const {
+    return parts_->has_budget;
+}
+
+void CacheShadows::note_use(std::span<const lightmesh::SurfacePoint> points,
+                            const std::atomic<bool>* cancel) {
+    parts_->find(points, cancel);
+}
+
+void CacheShadows::merge(std::span<const std::byte> known) {
+    std::visit([&](auto& host) { host.merge(known); }, parts_->cache);
+    parts_->upload();
+}
+
 std::vector<ComputeBinding> CacheShadows::bindings() const {
     std::vector<ComputeBinding> made = parts_->uploaded.bindings(set);
-    for (const ComputeBuffer& buffer : {parts_->requests, parts_->rows, parts_->answers})
+    const auto [rows, answers] = parts_->rows.buffers();
+    for (const ComputeBuffer& buffer : {parts_->requests, rows, answers})
         made.push_back({.set = set, .binding = static_cast<std::uint32_t>(made.size()), .buffer = buffer});
     return made;
 }
 
 void CacheShadows::begin_round() {
     parts_->turns = 0;
-    if (parts_->values.empty())
-        return;
-    parts_->values.clear();
-    std::ranges::fill(parts_->row_of_pixel, 0u);
-    parts_->rows.write(0, std::as_bytes(std::span(parts_->row_of_pixel)));
+    parts_->rows.clear();
 }
 
 void CacheShadows::bind(const ComputeKernel& kernel) const {
@@ -180,8 +201,9 @@ bool CacheShadows::fill(const std::atomic<bool>* cancel) {
             of_pixels.push_back(request.id);
         }
     }
-    if (!lacking.empty())
-        parts_->fill(lacking, cancel);
+    // A cache that is full keeps no more.
+    if (!lacking.empty() && !parts_->fill(lacking, cancel))
+        parts_->turns = enough_fills;
     if (!asked.empty())
         parts_->answer(asked, of_pixels, cancel);
     return true;

@@ -9,11 +9,13 @@
 #include "scene/scene_change.hpp"
 
 #include <lightmesh/statistics.hpp>
+#include <lightmesh/surface_point.hpp>
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,17 @@ public:
     /// After the scene that this was made for has changed, not into another one, and `scene` and `copy` were
     /// updated: forgets what is not true any more.
     void update(const EmbreeScene& scene, const SceneChange& change);
+
+    /// A new frame begins: what is over the memory budget of the options and has gone unused the longest is
+    /// forgotten. Used is what was found since, and what points take that the host was told of.
+    void begin_frame();
+    /// True if the options have a memory budget.
+    bool has_budget() const;
+    /// Tells the host of points at which shaders have what they take. Throws as `fill`.
+    void note_use(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel);
+    /// Adds what another one's `snapshot` knows, of the scene as it is here and was there. Throws what the
+    /// library's `merge` and `compute.hpp` throw.
+    void merge(std::span<const std::byte> known);
 
     std::vector<ComputeBinding> bindings() const;
     /// Forgets the host's answers: the pixels have other points now.

@@ -3,7 +3,9 @@
 
 #include "gpu/cache_shadows.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu/map_shadows.hpp"
 #include "gpu/mesh_shadows.hpp"
+#include "gpu/volume_shadows.hpp"
 #include "render/stopwatch.hpp"
 
 #include <glm/vec3.hpp>
@@ -29,11 +31,17 @@ constexpr std::uint32_t hard_words[] = {
 constexpr std::uint32_t area_words[] = {
 #include "spirv/shade_area.inc"
 };
+constexpr std::uint32_t host_rows_words[] = {
+#include "spirv/shade_host_rows.inc"
+};
 constexpr std::uint32_t mesh_4_words[] = {
 #include "spirv/shade_mesh_4.inc"
 };
 constexpr std::uint32_t mesh_16_words[] = {
 #include "spirv/shade_mesh_16.inc"
+};
+constexpr std::uint32_t mesh_exact_words[] = {
+#include "spirv/shade_mesh_exact.inc"
 };
 constexpr std::uint32_t cache_words[] = {
 #include "spirv/shade_cache.comp.inc"
@@ -73,6 +81,10 @@ constexpr std::uint32_t most_attempts = 64;
 /// what the host does not fill.
 constexpr int enough_turns = 16;
 
+/// One in so many points tells the host what shaders use of a light mesh or a cache with a memory budget: a
+/// brick, or a record, is seen from many.
+constexpr std::uint32_t pixels_of_use = 7;
+
 void refuse(bool is_wanted, const char* what) {
     if (is_wanted)
         throw std::invalid_argument(std::string("--on gpu does not know ") + what);
@@ -85,9 +97,10 @@ std::span<const std::byte> bytes_in(const BatchWords& batch) {
 }  // namespace
 
 const std::vector<std::string>& GpuRenderer::algorithms() {
-    static const std::vector<std::string> names{
-        "cache",   "blur-cache", "whitted",     "area",       "lmm",           "linked",        "express",
-        "lmm+map", "linked+map", "express+map", "lmm+volume", "linked+volume", "express+volume"};
+    static const std::vector<std::string> names{"cache",      "blur-cache",    "whitted",       "area",
+                                                "shadow-map", "shadow-volume", "lmm",           "linked",
+                                                "express",    "lmm+map",       "linked+map",    "express+map",
+                                                "lmm+volume", "linked+volume", "express+volume"};
     return names;
 }
 
@@ -101,8 +114,6 @@ void GpuRenderer::check(const std::string& algorithm, const VisibilityOptions& v
         throw std::invalid_argument("--on gpu does not know --algorithm " + algorithm + "; it knows " +
                                     names);
     }
-    refuse(algorithm.starts_with("lmm") && visibility.settings.short_test == lightmesh::ShortTest::exact,
-           "--short-test exact");
     refuse(visibility.lights.has_value(), "pictures by some of the lights");
     refuse(options.ambient_rays != 0, "ambient rays");
     refuse(options.transparent_background, "transparent backgrounds");
@@ -125,6 +136,10 @@ bool asks_cache(const std::string& algorithm) {
     return algorithm == "cache" || algorithm == "blur-cache";
 }
 
+bool asks_lookups(const std::string& algorithm) {
+    return algorithm == "shadow-map" || algorithm == "shadow-volume";
+}
+
 /// With the short test that the algorithm stands for.
 VisibilityOptions with_short_test(VisibilityOptions visibility, const std::string& algorithm) {
     if (algorithm.starts_with("linked"))
@@ -134,11 +149,17 @@ VisibilityOptions with_short_test(VisibilityOptions visibility, const std::strin
     return visibility;
 }
 
-std::span<const std::uint32_t> shader_of(const std::string& algorithm, float quality) {
-    if (asks_mesh(algorithm))
-        return quality <= 4.0f ? std::span<const std::uint32_t>(mesh_4_words) : mesh_16_words;
+std::span<const std::uint32_t> shader_of(const std::string& algorithm, const VisibilityOptions& visibility) {
+    if (asks_mesh(algorithm)) {
+        const lightmesh::Settings settings = with_short_test(visibility, algorithm).settings;
+        if (settings.short_test == lightmesh::ShortTest::exact)
+            return mesh_exact_words;
+        return settings.quality <= 4.0f ? std::span<const std::uint32_t>(mesh_4_words) : mesh_16_words;
+    }
     if (asks_cache(algorithm))
         return cache_words;
+    if (asks_lookups(algorithm))
+        return host_rows_words;
     return algorithm == "area" ? std::span<const std::uint32_t>(area_words) : hard_words;
 }
 
@@ -155,11 +176,19 @@ struct GpuRenderer::Parts {
           cache(asks_cache(algorithm)
                     ? std::make_unique<CacheShadows>(on, algorithm, model, scene, visibility, pixels)
                     : nullptr),
+          maps(algorithm == "shadow-map"
+                   ? std::make_unique<MapShadows>(on, model, visibility, pixels, bindings({}))
+                   : nullptr),
+          volumes(algorithm == "shadow-volume"
+                      ? std::make_unique<VolumeShadows>(on, model, visibility, pixels)
+                      : nullptr),
           trace(on, trace_words, bindings({}), sizeof(BatchWords)),
-          shade(on, shader_of(algorithm, visibility.settings.quality),
-                bindings(mesh    ? mesh->bindings()
-                         : cache ? cache->bindings()
-                                 : std::vector<ComputeBinding>{}),
+          shade(on, shader_of(algorithm, visibility),
+                bindings(mesh      ? mesh->bindings()
+                         : cache   ? cache->bindings()
+                         : maps    ? maps->bindings()
+                         : volumes ? volumes->bindings()
+                                   : std::vector<ComputeBinding>{}),
                 sizeof(BatchWords)),
           finish(on, finish_words, bindings({}), sizeof(BatchWords)) {}
 
@@ -179,14 +208,16 @@ struct GpuRenderer::Parts {
 
     std::size_t batch_size(const std::string& algorithm, const EmbreeScene& model,
                            const VisibilityOptions& visibility) const {
-        const std::size_t bytes =
-            bytes_of_path + bytes_of_ray * places_of_rays() + bytes_of_point + 3 * bytes_of_colour;
+        const std::size_t lights = (std::max)(model.scene().lights.size(), std::size_t{1});
+        const std::size_t bytes_of_answers = asks_lookups(algorithm) ? lights * sizeof(float) : 0;
+        const std::size_t bytes = bytes_of_path + bytes_of_ray * places_of_rays() + bytes_of_point +
+                                  3 * bytes_of_colour + bytes_of_answers;
         const std::size_t rays =
-            (std::max)(model.scene().lights.size(), std::size_t{1}) *
-            (algorithm == "area" ? static_cast<std::size_t>(visibility.area_samples) : 1);
-        const std::size_t most =
-            (std::min)({most_bytes / bytes, device.largest_buffer() / (bytes_of_ray * places_of_rays()),
-                        (device.is_cpu() ? most_shadow_rays_of_cpu : most_shadow_rays) / rays});
+            lights * (algorithm == "area" ? static_cast<std::size_t>(visibility.area_samples) : 1);
+        const std::size_t most = (std::min)(
+            {most_bytes / bytes,
+             device.largest_buffer() / (std::max)(bytes_of_ray * places_of_rays(), bytes_of_answers),
+             (device.is_cpu() ? most_shadow_rays_of_cpu : most_shadow_rays) / rays});
         return (std::min)((std::max)(most, std::size_t{group_size}), picture_size());
     }
 
@@ -216,7 +247,7 @@ struct GpuRenderer::Parts {
     }
 
     /// True if shading waits for what the host finds.
-    bool asks_host() const { return mesh || cache; }
+    bool asks_host() const { return mesh || cache || maps || volumes; }
 
     RoundWords last_round() const {
         RoundWords found;
@@ -247,11 +278,59 @@ struct GpuRenderer::Parts {
         }
     }
 
+    void shade_by(const std::vector<ComputeBinding>& answers, const BatchWords& batch) {
+        for (const ComputeBinding& binding : answers)
+            shade.bind(binding);
+        shade_once(batch);
+    }
+
+    /// A round's points, of every so many pixels those that have one.
+    struct Asked {
+        std::vector<lightmesh::SurfacePoint> points;
+        std::vector<std::uint32_t> pixels;
+    };
+    Asked read_points(const BatchWords& batch, std::uint32_t of_pixels) const {
+        const std::size_t count = batch.count;
+        std::vector<glm::uvec4> states(2 * count);
+        paths.read(0, std::as_writable_bytes(std::span(states)));
+        std::vector<glm::vec4> words(3 * count);
+        points.read(0, std::as_writable_bytes(std::span(words)));
+        Asked asked;
+        for (std::uint32_t i = 0; i < batch.count; i += of_pixels) {
+            if (states[2 * i + 1].w == 0)
+                continue;
+            asked.points.push_back({.position = glm::vec3(words[i]),
+                                    .normal = glm::vec3(words[count + i]),
+                                    .footprint = words[i].w,
+                                    .shading_normal = glm::vec3(words[2 * count + i])});
+            asked.pixels.push_back(i);
+        }
+        return asked;
+    }
+
+    /// Asks the host about a round's points.
+    void ask_volumes(const BatchWords& batch, const std::atomic<bool>* cancel) {
+        const Asked asked = read_points(batch, 1);
+        volumes->find(asked.points, asked.pixels, cancel);
+    }
+
     void shade_by_host(const BatchWords& batch, const std::atomic<bool>* cancel) {
         tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
         arena.execute([&] {
             if (mesh) {
                 shade_by_mesh(batch, cancel);
+                if (mesh->has_budget())
+                    mesh->note_use(read_points(batch, pixels_of_use).points, cancel);
+                return;
+            }
+            if (maps) {
+                seconds += maps->find(bytes_in(batch), groups_of(batch), cancel);
+                shade_by(maps->bindings(), batch);
+                return;
+            }
+            if (volumes) {
+                ask_volumes(batch, cancel);
+                shade_by(volumes->bindings(), batch);
                 return;
             }
             cache->begin_round();
@@ -259,6 +338,8 @@ struct GpuRenderer::Parts {
                 cache->bind(shade);
                 shade_once(batch);
             } while (cache->fill(cancel));
+            if (cache->has_budget())
+                cache->note_use(read_points(batch, pixels_of_use).points, cancel);
         });
     }
 
@@ -307,6 +388,8 @@ struct GpuRenderer::Parts {
     // Shadows are found by one of these, or by rays.
     std::unique_ptr<MeshShadows> mesh;
     std::unique_ptr<CacheShadows> cache;
+    std::unique_ptr<MapShadows> maps;
+    std::unique_ptr<VolumeShadows> volumes;
     ComputeKernel trace, shade, finish;
 };
 
@@ -346,9 +429,40 @@ void GpuRenderer::update(const EmbreeScene& scene, const SceneChange& change) {
         parts_->mesh->update(scene, change);
     if (parts_->cache)
         parts_->cache->update(scene, change);
+    if (parts_->maps)
+        parts_->maps->update(scene, change);
+    if (parts_->volumes)
+        parts_->volumes->update(scene, change);
+}
+
+void GpuRenderer::begin_frame() {
+    if (parts_->mesh)
+        parts_->mesh->begin_frame();
+    if (parts_->cache)
+        parts_->cache->begin_frame();
+}
+
+void GpuRenderer::merge(std::span<const std::byte> known) {
+    if (parts_->mesh)
+        parts_->mesh->merge(known);
+    if (parts_->cache)
+        parts_->cache->merge(known);
+}
+
+std::size_t GpuRenderer::bytes() const {
+    return parts_->mesh      ? parts_->mesh->statistics().bytes
+           : parts_->cache   ? parts_->cache->statistics().bytes
+           : parts_->maps    ? parts_->maps->bytes()
+           : parts_->volumes ? parts_->volumes->bytes()
+                             : 0;
 }
 
 GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,
+                               const std::atomic<bool>* cancel) {
+    return render({0, parts_->picture_size()}, statistics, progress, cancel);
+}
+
+GpuPicture GpuRenderer::render(const PixelRange& part, RenderStatistics& statistics, const Progress& progress,
                                const std::atomic<bool>* cancel) {
     const Stopwatch watch;
     Parts& parts = *parts_;
@@ -357,10 +471,9 @@ GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& pro
                        Image(parts.options.width, parts.options.height)};
     parts.seconds = 0.0;
     const double filled_before = filled().seconds_device;
-    for (std::size_t first = 0; first < parts.picture_size(); first += parts.pixels) {
-        const BatchWords batch{
-            static_cast<std::uint32_t>(first),
-            static_cast<std::uint32_t>((std::min)(parts.pixels, parts.picture_size() - first)), 1, 0};
+    for (std::size_t first = part.first; first < part.end; first += parts.pixels) {
+        const BatchWords batch{static_cast<std::uint32_t>(first),
+                               static_cast<std::uint32_t>((std::min)(parts.pixels, part.end - first)), 1, 0};
         try {
             statistics.finished = parts.follow(batch, cancel);
         } catch (const Cancelled&) {
@@ -370,7 +483,8 @@ GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& pro
             break;
         parts.take(batch, picture, statistics);
         if (progress)
-            progress(static_cast<double>(first + batch.count) / static_cast<double>(parts.picture_size()));
+            progress(static_cast<double>(first + batch.count - part.first) /
+                     static_cast<double>(part.end - part.first));
     }
     picture.seconds_device = parts.seconds + filled().seconds_device - filled_before;
     statistics.seconds = watch.seconds();

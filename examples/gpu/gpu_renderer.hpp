@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,12 @@ struct GpuPicture {
     Image linear;                 ///< as `render` gives it
     Image toned;                  ///< by `RenderOptions::tone`
     double seconds_device = 0.0;  ///< of it in shaders
+};
+
+/// A part of a picture: pixels by their numbers, row by row.
+struct PixelRange {
+    std::size_t first;
+    std::size_t end;
 };
 
 /// Whole pictures by compute shaders: rays through a BVH of Embree's builder, shading as renderer.cpp does
@@ -51,8 +58,16 @@ public:
     /// on what a new one would. Throws what `compute.hpp` throws.
     void update(const EmbreeScene& scene, const SceneChange& change);
 
+    /// A new frame begins, after `update`: what is over the memory budgets of the options and has gone unused
+    /// the longest, as one in some points tells, is forgotten. Pictures do not depend on it. Throws what
+    /// `compute.hpp` throws.
+    void begin_frame();
+
     /// Also counts the rays. What was not rendered when `cancel` was set stays black.
     GpuPicture render(RenderStatistics& statistics, const Progress& progress = {},
+                      const std::atomic<bool>* cancel = nullptr);
+    /// The same of a part; all else is black.
+    GpuPicture render(const PixelRange& part, RenderStatistics& statistics, const Progress& progress = {},
                       const std::atomic<bool>* cancel = nullptr);
 
     /// Of the light mesh, if there is one.
@@ -66,6 +81,12 @@ public:
 
     /// All that the light mesh or the cache knows; nothing where there is none.
     std::vector<std::byte> snapshot() const;
+    /// Adds what another one's `snapshot` knows, of the scene as it is here and was there. Throws what the
+    /// library's `merge` throws, and `compute.hpp`.
+    void merge(std::span<const std::byte> known);
+
+    /// Of the mesh, the cache, or maps and volumes, on the host.
+    std::size_t bytes() const;
 
 private:
     struct Parts;

@@ -57,7 +57,15 @@ public:
         visibility_->compact();
     }
 
+    /// As `Visibility::begin_frame`.
+    void begin_frame() {
+        visibility_->begin_frame();
+        visibility_->compact();
+    }
+    void merge(std::span<const std::byte> known) { visibility_->merge(known); }
+
     std::size_t light_count() const { return lights_; }
+    std::size_t bytes() const { return visibility_->bytes(); }
     std::vector<std::byte> snapshot() const { return visibility_->snapshot(); }
     lightmesh::MeshStatistics mesh() const { return visibility_->mesh().value(); }
     lightmesh::CacheStatistics cache() const { return visibility_->cache().value(); }

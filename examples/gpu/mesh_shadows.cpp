@@ -39,7 +39,7 @@ class MeshByRays {
 public:
     MeshByRays(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
                const VisibilityOptions& options)
-        : mesh_(scene.intersector(), shapes_of_lights(scene.scene()), options.settings),
+        : mesh_(scene.intersector(), shapes_of_lights(scene.scene()), mesh_settings_of(options)),
           long_tests_(device, copy) {
         if (!options.known.empty())
             mesh_.merge(options.known);
@@ -60,6 +60,12 @@ public:
         mesh_.compact();
     }
 
+    void begin_frame() {
+        mesh_.begin_frame();
+        mesh_.compact();
+    }
+    void merge(std::span<const std::byte> known) { mesh_.merge(known); }
+
     std::vector<std::byte> snapshot() const { return mesh_.snapshot(); }
     lightmesh::MeshStatistics mesh() const { return mesh_.statistics(); }
     DeviceFill spent() const { return long_tests_.spent(); }
@@ -78,6 +84,7 @@ struct MeshShadows::Parts {
     Parts(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
           const GpuScene& copy, const VisibilityOptions& options)
         : mesh(mesh_of(device, algorithm, scene, copy, options)), uploaded(device, snapshot()),
+          has_budget(options.settings.memory_budget != lightmesh::Settings{}.memory_budget),
           no_requests(lightmesh::empty_requests(request_capacity)), requests(device, no_requests) {}
 
     static HostMesh mesh_of(const ComputeDevice& device, const std::string& algorithm,
@@ -92,15 +99,20 @@ struct MeshShadows::Parts {
         return std::visit([](const auto& host) { return host.snapshot(); }, mesh);
     }
 
-    void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
+    void find(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
         if (auto* by_rays = std::get_if<MeshByRays>(&mesh))
             by_rays->bind(uploaded);
         std::visit([&](auto& host) { host.fill(points, cancel); }, mesh);
+    }
+
+    void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
+        find(points, cancel);
         uploaded.update(snapshot());
     }
 
     HostMesh mesh;
     UploadedMesh uploaded;
+    bool has_budget;
     std::vector<std::byte> no_requests;
     ComputeBuffer requests;
     std::vector<std::array<float, 7>> asked_before;  ///< positions, normals and footprints, sorted
@@ -117,6 +129,26 @@ void MeshShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     if (!change.changes_shadows())
         return;
     std::visit([&](auto& host) { host.update(scene, change); }, parts_->mesh);
+    parts_->uploaded.update(parts_->snapshot());
+}
+
+void MeshShadows::begin_frame() {
+    if (!parts_->has_budget)
+        return;
+    std::visit([](auto& host) { host.begin_frame(); }, parts_->mesh);
+    parts_->uploaded.update(parts_->snapshot());
+}
+
+bool MeshShadows::has_budget() const {
+    return parts_->has_budget;
+}
+
+void MeshShadows::note_use(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
+    parts_->find(points, cancel);
+}
+
+void MeshShadows::merge(std::span<const std::byte> known) {
+    std::visit([&](auto& host) { host.merge(known); }, parts_->mesh);
     parts_->uploaded.update(parts_->snapshot());
 }
 

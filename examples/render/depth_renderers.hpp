@@ -7,8 +7,13 @@
 #include "scene/blockers.hpp"
 
 #include <lightmesh/lights.hpp>
+#include <lightmesh/shadows/shadow_map.hpp>
 
+#include <cstddef>
+#include <memory>
+#include <string>
 #include <type_traits>
+#include <utility>
 
 namespace demo {
 
@@ -26,6 +31,19 @@ Renderer make_depth_renderer(const EmbreeScene& scene, const VisibilityOptions& 
         }
         return VulkanDepthRenderer(scene.scene().positions, indices_of(scene.scene()), vulkan);
     }
+}
+
+/// Makes shadow maps of the scene's lights, by their numbers, of the triangles that the renderer has.
+template <class Renderer>
+auto maps_by(Renderer renderer, const EmbreeScene& scene, const VisibilityOptions& options) {
+    lightmesh::ShadowMapSettings settings;
+    settings.resolution = options.settings.shadow_map_size;
+    return [&lights = scene.scene().lights, settings,
+            shared = std::make_shared<lightmesh::SharedDepthRenderer<Renderer>>(std::move(renderer))](
+               std::size_t light) {
+        return std::make_unique<const lightmesh::ShadowMap<Renderer>>(shared, lights[light].shape, settings,
+                                                                      "light " + std::to_string(light));
+    };
 }
 
 /// Calls use(renderer) with a `lightmesh::DepthRenderer` of the kind that the options ask for, and returns

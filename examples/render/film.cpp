@@ -251,12 +251,14 @@ public:
 
     /// In batches: what ranks find in one, all know in the next.
     void make(std::span<const int> frames) {
-        const std::size_t most =
-            ranks_.size() == 1 ? frames.size() : batch_per_rank * static_cast<std::size_t>(ranks_.size());
-        for (std::size_t first = 0; first < frames.size(); first += most) {
+        const auto ranks = static_cast<std::size_t>(ranks_.size());
+        const std::size_t most = ranks == 1 ? frames.size() : batch_per_rank * ranks;
+        // All ranks make cold frames together, but not on GPUs: there each begins with one of its own.
+        std::size_t size = maker_.is_on_gpu() ? (std::min)(most, ranks) : most;
+        for (std::size_t first = 0; first < frames.size(); first += std::exchange(size, most)) {
             if (first > 0)
                 maker_.merge_at(schedule_.time(frames[first]));
-            make_batch(frames.subspan(first, (std::min)(most, frames.size() - first)));
+            make_batch(frames.subspan(first, (std::min)(size, frames.size() - first)));
         }
     }
 
@@ -268,7 +270,7 @@ private:
     void make_batch(std::span<const int> frames) {
         std::vector<int> others(frames.begin(), frames.end());
         bool may_wait = false;
-        if (ranks_.size() > 1) {
+        if (ranks_.size() > 1 && !maker_.is_on_gpu()) {
             const KeyFrames keys = make_key_frames(frames);
             for (const int frame : keys.made)
                 std::erase(others, frame);
@@ -374,12 +376,6 @@ void check_same_film(Ranks& ranks, const FilmTraits& traits) {
 
 int make_film(const FilmOptions& options, Ranks& ranks) {
     static_cast<void>(interrupted());  // from now on Ctrl-C lets a frame be written
-    if (options.on == "gpu") {
-        require_one_rank(ranks, "film --on gpu");
-        // What shaders use, the host does not see.
-        if (options.memory)
-            throw std::invalid_argument("--on gpu does not know --memory");
-    }
     const bool is_first = ranks.is_first();
     const Output output = is_first ? output_of(options) : Output{};
     Film film = open_film(options, moving_of(options));

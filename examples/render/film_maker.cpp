@@ -102,7 +102,10 @@ FilmMaker::TogetherMade FilmMaker::frame_together(double time, const Progress& p
 
 void FilmMaker::merge_at(double time) {
     go_to(time);
-    merge_.run(ranks_, *shadows_);
+    if (gpu_)
+        merge_.run(ranks_, *gpu_);
+    else
+        merge_.run(ranks_, *shadows_);
 }
 
 std::string FilmMaker::report(bool is_whole) {
@@ -172,11 +175,9 @@ std::string FilmMaker::report(bool is_whole) {
 
 /// Prints what the mesh and the cache of this rank hold, and what they have forgotten for want of memory.
 void FilmMaker::add_memory_rows(TextTable& table) const {
-    if (!shadows_)
-        return;
     const std::string of_rank = ranks_.size() > 1 ? " of rank 0" : "";
-    const auto mesh = shadows_->mesh();
-    const auto cache = shadows_->cache();
+    const auto mesh = gpu_ ? gpu_->mesh() : shadows_ ? shadows_->mesh() : std::nullopt;
+    const auto cache = gpu_ ? gpu_->cache() : shadows_ ? shadows_->cache() : std::nullopt;
     if (mesh)
         table.add_row({"memory of the mesh" + of_rank, bytes_text(mesh->bytes)});
     if (cache)
@@ -191,7 +192,7 @@ void FilmMaker::add_memory_rows(TextTable& table) const {
 
 /// By this rank, in all frames.
 std::uint64_t FilmMaker::rays_for_shadows() const {
-    const std::uint64_t kept = gpu_ ? gpu_->kept_rays() : shadows_ ? kept_rays(*shadows_) : 0;
+    const std::uint64_t kept = gpu_ ? kept_rays(*gpu_) : shadows_ ? kept_rays(*shadows_) : 0;
     const auto cache = shadows_ ? shadows_->cache() : std::nullopt;
     return kept + (cache ? cache->point_rays : 0) + spent_.visibility.shadow_rays +
            spent_.visibility.short_rays;
@@ -226,7 +227,9 @@ void FilmMaker::go_to(double time) {
 void FilmMaker::begin_frame(double time) {
     go_to(time);
     const Stopwatch stopwatch;
-    if (shadows_)
+    if (gpu_)
+        gpu_->begin_frame();
+    else if (shadows_)
         shadows_->begin_frame();
     seconds_between_ += stopwatch.seconds();
 }

@@ -44,6 +44,8 @@ public:
     /// made known to all, unless it is little.
     TogetherMade frame_together(double time, const Progress& progress);
 
+    bool is_on_gpu() const { return gpu_ != nullptr; }
+
     /// Goes to a time and lets all ranks know what each has found. All must call this together.
     void merge_at(double time);
 

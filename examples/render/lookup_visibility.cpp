@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -86,21 +85,6 @@ private:
     std::vector<std::unique_ptr<const Lookup>> lookups_;
     float offsets_;
 };
-
-/// Maps of the triangles that the renderer has.
-template <class Renderer>
-MakeLookup<lightmesh::ShadowMap<Renderer>> maps_by(Renderer renderer, const EmbreeScene& scene,
-                                                   const VisibilityOptions& options) {
-    using Map = lightmesh::ShadowMap<Renderer>;
-    lightmesh::ShadowMapSettings settings;
-    settings.resolution = options.settings.shadow_map_size;
-    return [&lights = scene.scene().lights, settings,
-            shared = std::make_shared<lightmesh::SharedDepthRenderer<Renderer>>(std::move(renderer))](
-               std::size_t light) {
-        return std::make_unique<const Map>(shared, lights[light].shape, settings,
-                                           "light " + std::to_string(light));
-    };
-}
 
 }  // namespace
 

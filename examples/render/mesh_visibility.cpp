@@ -125,10 +125,7 @@ std::unique_ptr<Visibility> mesh_by_volumes(const EmbreeScene& scene, const Visi
 
 std::unique_ptr<Visibility> make_light_mesh(const EmbreeScene& scene, const VisibilityOptions& options,
                                             lightmesh::LongTest long_test) {
-    lightmesh::Settings settings = options.settings;
-    // The references that others are held against, as published, have no levels.
-    if (settings.short_test == lightmesh::ShortTest::exact)
-        settings.footprint_scale = 0.0f;
+    const lightmesh::Settings settings = mesh_settings_of(options);
     switch (long_test) {
     case lightmesh::LongTest::shadow_maps:
     case lightmesh::LongTest::refined_shadow_maps:

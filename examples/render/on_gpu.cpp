@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "render/on_gpu.hpp"
 
+#include "render/merge_ranks.hpp"
+#include "render/share_out.hpp"
 #include "render/stopwatch.hpp"
 #include "render/terminal.hpp"
 
+#include <cstring>
 #include <stdexcept>
 #include <utility>
 
@@ -15,8 +18,57 @@
 namespace demo {
 
 #ifdef LIGHTMESH_WITH_GPU
+namespace {
+
+/// One of as many parts of a picture as there are ranks.
+PixelRange part_of(const Image& picture, std::size_t part, const Ranks& ranks) {
+    const std::size_t parts = static_cast<std::size_t>(ranks.size());
+    return {picture.pixels.size() * part / parts, picture.pixels.size() * (part + 1) / parts};
+}
+
+/// By all ranks, which must call this together; whole on rank 0.
+GpuPicture render_parts(Ranks& ranks, GpuRenderer& renderer, const RenderOptions& options,
+                        RenderStatistics& statistics, ProgressBar& bar) {
+    const Stopwatch stopwatch;
+    GpuPicture whole{Image(options.width, options.height), Image(options.width, options.height)};
+    const auto work = [&](std::size_t i, WorkWatch& watch) {
+        const PixelRange part = part_of(whole.linear, i, ranks);
+        RenderStatistics spent;
+        const auto show = [&](double done) {
+            watch.look();
+            bar.show(done);
+        };
+        watch.look();
+        const GpuPicture picture = renderer.render(part, spent, show, &watch.is_in_vain());
+        statistics += spent;
+        whole.seconds_device += picture.seconds_device;
+        Bytes bytes;
+        for (const Image* image : {&picture.linear, &picture.toned}) {
+            const auto pixels =
+                std::as_bytes(std::span(image->pixels).subspan(part.first, part.end - part.first));
+            bytes.insert(bytes.end(), pixels.begin(), pixels.end());
+        }
+        return bytes;
+    };
+    const auto take = [&](std::size_t i, int, const Bytes& bytes) {
+        const PixelRange part = part_of(whole.linear, i, ranks);
+        const std::size_t size = (part.end - part.first) * sizeof(whole.linear.pixels[0]);
+        if (bytes.size() != 2 * size)
+            throw std::runtime_error("another rank has sent another part of the picture");
+        if (size == 0)
+            return;
+        std::memcpy(&whole.linear.pixels[part.first], bytes.data(), size);
+        std::memcpy(&whole.toned.pixels[part.first], bytes.data() + size, size);
+    };
+    share_out(ranks, static_cast<std::size_t>(ranks.size()), work, take);
+    statistics.seconds = stopwatch.seconds();
+    return whole;
+}
+
+}  // namespace
+
 Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
-               const RenderOptions& options) {
+               const RenderOptions& options, Ranks& ranks) {
     Run made = run_begun(algorithm, scene, visibility);
     const Stopwatch stopwatch;
     GpuRenderer::check(algorithm, visibility, options);
@@ -24,15 +76,22 @@ Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const Vis
     GpuRenderer renderer(device, algorithm, scene, visibility, options);
     made.device = device.name();
     made.seconds_preparing = stopwatch.seconds();
-    ProgressBar bar(algorithm);
-    GpuPicture picture = renderer.render(
-        made.statistics, [&](double done) { bar.show(done); }, &interrupted());
+    ProgressBar bar(algorithm, progress_elsewhere(ranks));
+    GpuPicture picture = ranks.size() > 1
+                             ? render_parts(ranks, renderer, options, made.statistics, bar)
+                             : renderer.render(
+                                   made.statistics, [&](double done) { bar.show(done); }, &interrupted());
     made.image = std::move(picture.linear);
     made.toned = std::move(picture.toned);
     made.mesh = renderer.mesh();
     made.cache = renderer.cache();
-    made.bytes = made.mesh ? made.mesh->bytes : made.cache ? made.cache->bytes : 0;
+    made.bytes = renderer.bytes();
     made.seconds_device = picture.seconds_device;
+    if (ranks.size() > 1) {
+        add_other_ranks(made, ranks);
+        if (visibility.keep_snapshot)
+            RankMerge().run(ranks, renderer);
+    }
     if (visibility.keep_snapshot)
         made.snapshot = renderer.snapshot();
     return made;
@@ -73,8 +132,24 @@ GpuFrames::Frame GpuFrames::render(RenderStatistics& statistics, const Progress&
     return {std::move(picture.linear), std::move(picture.toned)};
 }
 
-std::uint64_t GpuFrames::kept_rays() const {
-    return parts_->renderer ? demo::kept_rays(*parts_->renderer) : 0;
+void GpuFrames::begin_frame() {
+    parts_->renderer->begin_frame();
+}
+
+std::optional<lightmesh::MeshStatistics> GpuFrames::mesh() const {
+    return parts_->renderer->mesh();
+}
+
+std::optional<lightmesh::CacheStatistics> GpuFrames::cache() const {
+    return parts_->renderer->cache();
+}
+
+std::vector<std::byte> GpuFrames::snapshot() const {
+    return parts_->renderer->snapshot();
+}
+
+void GpuFrames::merge(std::span<const std::byte> known) {
+    parts_->renderer->merge(known);
 }
 
 double GpuFrames::seconds_device() const {
@@ -91,7 +166,8 @@ namespace {
 
 }  // namespace
 
-Run run_on_gpu(const std::string&, const EmbreeScene&, const VisibilityOptions&, const RenderOptions&) {
+Run run_on_gpu(const std::string&, const EmbreeScene&, const VisibilityOptions&, const RenderOptions&,
+               Ranks&) {
     throw_no_shaders();
 }
 
@@ -108,7 +184,19 @@ void GpuFrames::follow(const EmbreeScene&, const SceneChange&) {
 GpuFrames::Frame GpuFrames::render(RenderStatistics&, const Progress&, const std::atomic<bool>&) {
     throw_no_shaders();
 }
-std::uint64_t GpuFrames::kept_rays() const {
+void GpuFrames::begin_frame() {
+    throw_no_shaders();
+}
+std::optional<lightmesh::MeshStatistics> GpuFrames::mesh() const {
+    throw_no_shaders();
+}
+std::optional<lightmesh::CacheStatistics> GpuFrames::cache() const {
+    throw_no_shaders();
+}
+std::vector<std::byte> GpuFrames::snapshot() const {
+    throw_no_shaders();
+}
+void GpuFrames::merge(std::span<const std::byte>) {
     throw_no_shaders();
 }
 double GpuFrames::seconds_device() const {

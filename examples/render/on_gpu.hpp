@@ -2,23 +2,30 @@
 #pragma once
 
 #include "image/image.hpp"
+#include "render/ranks.hpp"
 #include "render/renderer.hpp"
 #include "render/run.hpp"
 #include "render/visibility.hpp"
 #include "scene/scene_change.hpp"
 
+#include <lightmesh/statistics.hpp>
+
 #include <atomic>
-#include <cstdint>
+#include <cstddef>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace demo {
 
-/// As `run`, but the picture is made by compute shaders on the Vulkan device that the options name. Throws
-/// std::invalid_argument that names the option for what shaders do not know, and std::runtime_error where
-/// this program was built without them or the device fails.
+/// As `run` by all ranks, but the picture is made by compute shaders on the Vulkan device that the options
+/// name: each rank's part of it, which it finds the shadows for alone. Throws std::invalid_argument that
+/// names the option for what shaders do not know, and std::runtime_error where this program was built without
+/// them or the device fails.
 Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
-               const RenderOptions& options);
+               const RenderOptions& options, Ranks& ranks);
 
 /// Frames of a film by compute shaders: those that `run_on_gpu` makes of each state of the scene.
 class GpuFrames {
@@ -37,6 +44,9 @@ public:
     /// always the same one, which must outlive this. Throws std::runtime_error where the device fails.
     void follow(const EmbreeScene& scene, const SceneChange& change);
 
+    /// As `GpuRenderer::begin_frame`.
+    void begin_frame();
+
     /// After `follow`. `Run::image` and `Run::toned`; also counts the rays. What was not rendered when
     /// `cancel` was set is black. Throws std::runtime_error where the device fails.
     struct Frame {
@@ -45,8 +55,12 @@ public:
     };
     Frame render(RenderStatistics& statistics, const Progress& progress, const std::atomic<bool>& cancel);
 
-    /// Rays that were traced for what a mesh or a cache keeps, so far.
-    std::uint64_t kept_rays() const;
+    // As of `Visibility`, after `follow`.
+    std::optional<lightmesh::MeshStatistics> mesh() const;
+    std::optional<lightmesh::CacheStatistics> cache() const;
+    std::vector<std::byte> snapshot() const;
+    void merge(std::span<const std::byte> known);
+
     /// That the shaders took so far.
     double seconds_device() const;
 

@@ -57,8 +57,6 @@ int make_picture(const PictureOptions& options, Ranks& ranks) {
     const std::filesystem::path output =
         options.output.empty() ? scene_name.stem().string() + ".png" : options.output;
     check_mesh_options(options);
-    if (options.on == "gpu")
-        require_one_rank(ranks, "picture --on gpu");
     if (ranks.is_first())
         prepare_files(options, output);
     const Scene scene = ranks.is_first() ? show_scene(options) : open_scene(options);
@@ -68,8 +66,9 @@ int make_picture(const PictureOptions& options, Ranks& ranks) {
         visibility.known = load_mesh(options.mesh, scene);
     visibility.keep_snapshot = !options.saved_mesh.empty();
     const EmbreeScene embree(scene);
-    const Run made = options.on == "gpu" ? run_on_gpu(options.algorithm, embree, visibility, options.render)
-                                         : run(options.algorithm, embree, visibility, options.render, ranks);
+    const Run made = options.on == "gpu"
+                         ? run_on_gpu(options.algorithm, embree, visibility, options.render, ranks)
+                         : run(options.algorithm, embree, visibility, options.render, ranks);
     if (!ranks.is_first())
         return 0;
     // Also of a picture that is not finished: what was found is worth as much.

@@ -318,7 +318,7 @@ ProgressBar::Elsewhere progress_elsewhere(const Ranks& ranks) {
 void require_one_rank(const Ranks& ranks, const std::string& command) {
     if (ranks.size() > 1)
         throw std::invalid_argument(command + " runs in one process, not in " + std::to_string(ranks.size()) +
-                                    "; on the CPU film and picture share their work out");
+                                    "; film and picture share their work out");
 }
 
 }  // namespace demo

@@ -33,23 +33,15 @@ void add(Run& sum, const RankPart& part) {
         sum.mesh->long_rays += part.mesh.long_rays;
         sum.mesh->link_rays += part.mesh.link_rays;
         sum.mesh->long_tests += part.mesh.long_tests;
+        sum.mesh->listed_rays += part.mesh.listed_rays;
     }
     if (sum.cache) {
         sum.cache->lamp_rays += part.cache.lamp_rays;
         sum.cache->drop_rays += part.cache.drop_rays;
         sum.cache->link_rays += part.cache.link_rays;
         sum.cache->point_rays += part.cache.point_rays;
+        sum.cache->listed_rays += part.cache.listed_rays;
     }
-}
-
-/// On rank 0 `made` becomes that of all.
-void add_other_ranks(Run& made, Ranks& ranks) {
-    const std::vector<Bytes> parts =
-        ranks.gather(bytes_of(RankPart{made.statistics, made.mesh.value_or(lightmesh::MeshStatistics{}),
-                                       made.cache.value_or(lightmesh::CacheStatistics{})}));
-    for (std::size_t rank = 1; rank < parts.size(); ++rank)
-        add(made, value_in<RankPart>(parts[rank]));
-    made.ranks = ranks.size();
 }
 
 using MakeImage = std::function<Image(Visibility&, RenderStatistics&, ProgressBar&)>;
@@ -73,6 +65,15 @@ Run run_by(const std::string& algorithm, const EmbreeScene& scene, const Visibil
 }
 
 }  // namespace
+
+void add_other_ranks(Run& made, Ranks& ranks) {
+    const std::vector<Bytes> parts =
+        ranks.gather(bytes_of(RankPart{made.statistics, made.mesh.value_or(lightmesh::MeshStatistics{}),
+                                       made.cache.value_or(lightmesh::CacheStatistics{})}));
+    for (std::size_t rank = 1; rank < parts.size(); ++rank)
+        add(made, value_in<RankPart>(parts[rank]));
+    made.ranks = ranks.size();
+}
 
 Run run_begun(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility) {
     Run begun;

@@ -51,6 +51,9 @@ Run run(const std::string& algorithm, const EmbreeScene& scene, const Visibility
 Run run(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
         const RenderOptions& options, Ranks& ranks);
 
+/// On rank 0 the counts of `made`, a rank's part, become those of all, which must call this together.
+void add_other_ranks(Run& made, Ranks& ranks);
+
 /// The cost of a run, line by line.
 std::string report(const Run& run, const EmbreeScene& scene);
 

@@ -124,6 +124,15 @@ inline lightmesh::CacheSettings cache_settings_of(const VisibilityOptions& optio
     return settings;
 }
 
+/// `options.settings` for a light mesh. Those of the exact short test, the references that others are held
+/// against, have no levels, as published.
+inline lightmesh::Settings mesh_settings_of(const VisibilityOptions& options) {
+    lightmesh::Settings settings = options.settings;
+    if (settings.short_test == lightmesh::ShortTest::exact)
+        settings.footprint_scale = 0.0f;
+    return settings;
+}
+
 /// Rays that were traced for what a mesh or a cache keeps, so far; 0 where there is none. `Shadows`: a
 /// `Visibility`, or what else has statistics of both.
 template <class Shadows>

@@ -17,14 +17,8 @@
 
 layout(local_size_x = 64) in;
 
-// Of each pixel one more than its row of the host's answers; 0: none.
-layout(std430, set = 1, binding = 5) readonly buffer AnswerRows {
-    uint answer_rows[];
-};
-// Rows of S of all lights.
-layout(std430, set = 1, binding = 6) readonly buffer Answers {
-    float answers[];
-};
+#define HOST_ROWS_BINDING 5
+#include "host_rows.glsl"
 
 bool lightmesh_is_open(vec3 from, vec3 to) {
     return is_open(from, to);
@@ -55,7 +49,7 @@ void main() {
             uint light = 64u * t + l;
             float lit = 0.0;
             if (row != 0u)
-                lit = answers[(row - 1u) * frame.numbers.x + light];
+                lit = answer_in(row, light);
             else if (lightmesh_cache_is_known(tile, l))
                 lit = lightmesh_cache_share(tile, l);
             if (lit == 0.0)

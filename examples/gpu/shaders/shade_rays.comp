@@ -2,12 +2,17 @@
 // SPDX-License-Identifier: MIT
 
 // Shades each pixel's point, with shadows by rays: one to each light, or with AREA to stratified points of lamps with
-// sizes, as ray_visibility.cpp has them.
+// sizes, as ray_visibility.cpp has them. With HOST_ROWS the host has found the shadows.
 
 #extension GL_GOOGLE_include_directive : require
-#define BVH_SHARE
 #include "scene.glsl"
+#ifdef HOST_ROWS
+#define HOST_ROWS_BINDING 0
+#include "host_rows.glsl"
+#else
+#define BVH_SHARE
 #include "bvh.glsl"
+#endif
 #include "paths.glsl"
 #include "random.glsl"
 #include "lights.glsl"
@@ -61,6 +66,9 @@ void main() {
     vec3 sum = frame.ambient.rgb * surface.diffuse +
                surface.alpha * emission_at(at, material, triangle, point.u, point.v);
     vec3 origin = point.position + frame.ambient.w * point.normal;
+#ifdef HOST_ROWS
+    uint row = answer_rows[pixel];
+#endif
     for (uint l = 0u; l < frame.numbers.x; ++l) {
         LightData light = read_light(l);
         Illumination found = illuminate(light, point.position);
@@ -70,6 +78,9 @@ void main() {
             reflected_share(material, surface, point.shading_normal, point.ray_direction, found.to_light);
         if (reflected == vec3(0.0))
             continue;
+#ifdef HOST_ROWS
+        float lit = answer_in(row, l);
+#else
         vec3 middle = end_of_ray(light, origin);
 #ifdef AREA
         uvec2 random = random_of(uvec2(point.seed ^ l * 0x9e3779b9u, 0u));
@@ -81,6 +92,7 @@ void main() {
 #else
         float lit = let_through(origin, middle);
         ++counts.z;
+#endif
 #endif
         sum += lit * reflected * found.irradiance;
     }

@@ -187,6 +187,10 @@ public:
     /// needs the first for its cone and the others only for points outside of it.
     std::span<const DepthView> views() const { return views_.all(); }
 
+    /// The distances in the picture of `views()[view]`, row by row; it is rendered if it is not there. Valid
+    /// until `forget`. Throws what a look-up throws.
+    std::span<const float> distances(std::size_t view) const { return {picture(view), texel_count()}; }
+
     /// Pictures rendered so far.
     std::size_t rendered() const {
         std::size_t count = 0;
