@@ -280,6 +280,15 @@ TEST_CASE("visibility cache: shaft rows take few rays to find surfaces without c
     CHECK(with < without);
 }
 
+TEST_CASE("visibility cache: shaft rows find each place around a record by one ray where nothing hides it") {
+    const std::vector<test::Triangle> scene = floor_scene();
+    const std::vector<Light> lights{lightmesh::PointLight{.position = {0.0f, 0.0f, 3.0f}, .radius = 0.3f}};
+    const VisibilityCache cache{HitTracer{&scene}, lights, CacheSettings{.spacing = 0.5f, .detail = 0}};
+    CHECK(cache.visibility({0.1f, 0.2f, 0.0f}, {0.0f, 0.0f, 1.0f}, 0) == 1.0f);
+    REQUIRE(cache.statistics().records == 4);
+    CHECK(cache.statistics().drop_rays <= 17 * cache.statistics().records);
+}
+
 TEST_CASE("visibility cache: no light leaves a closed box") {
     for (const float spacing : {0.2f, 1.0f}) {
         std::vector<test::Triangle> scene = floor_scene();
