@@ -10,9 +10,9 @@
 #include "gpu/gpu_renderer.hpp"
 #include "gpu/gpu_scene.hpp"
 #include "gpu/lamp_shares.hpp"
+#include "gpu/link_tests.hpp"
 #include "gpu/listing.hpp"
 #include "gpu/long_tests.hpp"
-#include "gpu/segment_rays.hpp"
 #include "gpu/uploaded.hpp"
 #include "gpu_benchmark.hpp"
 #include "image/image.hpp"
@@ -119,64 +119,130 @@ std::vector<lightmesh::SurfacePoint> points_to_fill(const demo::ComputeDevice& d
     return asked;
 }
 
-/// The links and the long tests of a cold frame, by shaders as the mesh lists them; Embree's words are what
-/// it keeps. Returns whether the words are Embree's.
-bool time_long_tests(const demo::ComputeDevice& device, const demo::Scene& scene) {
-    const demo::EmbreeScene embree(scene);
-    const std::vector<lightmesh::SurfacePoint> asked = points_to_fill(device, embree, 960);
-    const lightmesh::LightMesh<demo::EmbreeIntersector> mesh(
-        embree.intersector(), demo::shapes_of_lights(scene), demo::options_of(scene).settings);
-    const demo::GpuScene copy(device, embree);
-    demo::LongTests shaders(device, copy);
-    const demo::UploadedMesh uploaded(device, mesh.snapshot());
-    shaders.bind(uploaded.bindings(demo::LongTests::set));
-    demo::SegmentRays link_shaders(device, copy);
-    const demo::Stopwatch linking;
-    const auto links = demo::list_on_all_threads<lightmesh::LinkList>(
-        asked, [&](auto some, auto& list) { mesh.list_links(some, list); });
-    mesh.fill_links(links, [&](auto segments, auto hit) { link_shaders(segments, hit, nullptr); });
-    const double seconds_linking = linking.seconds();
-    const demo::Stopwatch listing;
-    const auto list = demo::list_on_all_threads<lightmesh::LongTestList>(
-        asked, [&](auto some, auto& part) { mesh.list_long_tests(some, part); });
-    const double seconds_listing = listing.seconds();
-    double seconds = 0.0;
-    double seconds_on_cpu = 0.0;
+/// A light mesh that knows nothing yet, on host and device.
+struct MeshToFill {
+    MeshToFill(const demo::ComputeDevice& device, const demo::Scene& of_scene)
+        : scene(of_scene), embree(scene), asked(points_to_fill(device, embree, 960)),
+          mesh(embree.intersector(), demo::shapes_of_lights(scene), demo::options_of(scene).settings),
+          copy(device, embree), uploaded(device, mesh.snapshot()) {}
+
+    demo::Scene scene;
+    demo::EmbreeScene embree;
+    std::vector<lightmesh::SurfacePoint> asked;
+    lightmesh::LightMesh<demo::EmbreeIntersector> mesh;
+    demo::GpuScene copy;
+    demo::UploadedMesh uploaded;
+};
+
+/// By shaders as the mesh lists them, and by Embree.
+struct Listed {
+    double seconds_listing = 0.0;
+    double seconds_filling = 0.0;  ///< with Embree's
+    double seconds_by_device = 0.0;
+    double seconds_by_embree = 0.0;  ///< on all threads
     std::size_t words = 0;
-    std::size_t differing = 0;
+    std::size_t differing = 0;  ///< words that are not Embree's
+
+    /// A row of the table. Returns whether the words are Embree's.
+    bool print(const MeshToFill& of, const char* what, const demo::DeviceFill& spent) const {
+        std::printf("| %s | %s | %zu | %llu | %llu | %zu | %.1f | %.1f | %.1f | %.1f | %.1f | %zu |\n",
+                    of.scene.name.c_str(), what, words, static_cast<unsigned long long>(spent.rays),
+                    static_cast<unsigned long long>(of.mesh.statistics().link_rays), spent.dispatches,
+                    1e3 * seconds_listing, 1e3 * seconds_by_device, 1e3 * spent.seconds_device,
+                    1e3 * (seconds_filling - seconds_by_device - seconds_by_embree), 1e3 * seconds_by_embree,
+                    differing);
+        std::fflush(stdout);
+        return are_nearly_all_same(differing, words);
+    }
+};
+
+/// Which of segments Embree has something on.
+std::vector<std::uint8_t> hits(const MeshToFill& of, std::span<const Segment> segments) {
+    std::vector<std::uint8_t> hit(segments.size());
+    of.mesh.tracer().occluded(segments, hit);
+    return hit;
+}
+
+lightmesh::OpenLinks links_by_embree(const MeshToFill& of, const lightmesh::LinkWord& word) {
+    std::vector<Segment> segments;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int p = 0; p < 64; ++p)
+            if ((word.cells >> p / 8 & 1) != 0)
+                segments.push_back(of.mesh.link_segment(word, p, axis));
+    const std::vector<std::uint8_t> hit = hits(of, segments);
+    lightmesh::OpenLinks open{};
+    std::size_t next = 0;
+    for (std::uint64_t& of_axis : open)
+        for (int p = 0; p < 64; ++p)
+            if ((word.cells >> p / 8 & 1) != 0 && hit[next++] == 0)
+                of_axis |= std::uint64_t{1} << p;
+    return open;
+}
+
+std::uint64_t long_tests_by_embree(const MeshToFill& of, const lightmesh::LongTestWord& word) {
+    std::vector<Segment> segments;
+    for (std::uint64_t rest = word.points; rest != 0; rest &= rest - 1)
+        segments.push_back(of.mesh.long_segment(word, std::countr_zero(rest)));
+    const std::vector<std::uint8_t> hit = hits(of, segments);
+    std::uint64_t seen = 0;
+    std::size_t next = 0;
+    for (std::uint64_t rest = word.points; rest != 0; rest &= rest - 1, ++next)
+        seen |= hit[next] == 0 ? rest & (~rest + 1) : 0;
+    return seen;
+}
+
+/// Has a list filled: fill(list, trace of words). Embree's words are what the mesh keeps.
+template <class Word, class Answer, class List, class ListPart, class Fill, class Shaders, class ByEmbree>
+Listed time_list(const MeshToFill& of, ListPart&& list_part, Fill&& fill, Shaders&& shaders,
+                 ByEmbree&& by_embree) {
+    Listed result;
+    const demo::Stopwatch listing;
+    const auto list = demo::list_on_all_threads<List>(of.asked, list_part);
+    result.seconds_listing = listing.seconds();
     const demo::Stopwatch filling;
-    mesh.fill(list, [&](std::span<const lightmesh::LongTestWord> some, std::span<std::uint64_t> seen) {
+    fill(list, [&](std::span<const Word> words, std::span<Answer> answers) {
         const demo::Stopwatch watch;
-        shaders(some, seen, nullptr);
-        seconds += watch.seconds();
-        const demo::Stopwatch watch_of_cpu;
-        std::vector<std::uint64_t> expected(some.size());
-        tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t w) {
-            std::vector<Segment> segments;
-            for (std::uint64_t rest = some[w].points; rest != 0; rest &= rest - 1)
-                segments.push_back(mesh.long_segment(some[w], std::countr_zero(rest)));
-            std::vector<std::uint8_t> hit(segments.size());
-            mesh.tracer().occluded(segments, hit);
-            std::size_t next = 0;
-            for (std::uint64_t rest = some[w].points; rest != 0; rest &= rest - 1, ++next)
-                expected[w] |= hit[next] == 0 ? rest & (~rest + 1) : 0;
-        });
-        seconds_on_cpu += watch_of_cpu.seconds();
-        words += some.size();
-        for (std::size_t w = 0; w < some.size(); ++w) {
-            differing += (seen[w] & some[w].points) != expected[w] ? 1u : 0u;
-            seen[w] = expected[w];
+        shaders(words, answers, nullptr);
+        result.seconds_by_device += watch.seconds();
+        const demo::Stopwatch watch_of_embree;
+        std::vector<Answer> expected(words.size());
+        tbb::parallel_for(std::size_t{0}, words.size(),
+                          [&](std::size_t w) { expected[w] = by_embree(of, words[w]); });
+        result.seconds_by_embree += watch_of_embree.seconds();
+        result.words += words.size();
+        for (std::size_t w = 0; w < words.size(); ++w) {
+            result.differing += answers[w] != expected[w] ? 1u : 0u;
+            answers[w] = expected[w];
         }
     });
-    const double others = filling.seconds() - seconds - seconds_on_cpu;
-    const demo::DeviceFill& spent = shaders.spent();
-    std::printf("| %s | %llu | %.1f | %.1f | %zu | %llu | %zu | %.1f | %.1f | %.1f | %.1f | %.1f | %zu |\n",
-                scene.name.c_str(), static_cast<unsigned long long>(link_shaders.spent().rays),
-                1e3 * seconds_linking, 1e3 * link_shaders.spent().seconds_device, words,
-                static_cast<unsigned long long>(spent.rays), spent.dispatches, 1e3 * seconds_listing,
-                1e3 * seconds, 1e3 * spent.seconds_device, 1e3 * others, 1e3 * seconds_on_cpu, differing);
-    std::fflush(stdout);
-    return are_nearly_all_same(differing, words);
+    result.seconds_filling = filling.seconds();
+    return result;
+}
+
+/// The links of a cold frame. Returns whether the words are Embree's.
+bool time_links(const demo::ComputeDevice& device, const MeshToFill& of) {
+    demo::LinkTests shaders(device, of.copy);
+    shaders.bind(of.uploaded.bindings(demo::LinkTests::set));
+    const Listed listed = time_list<lightmesh::LinkWord, lightmesh::OpenLinks, lightmesh::LinkList>(
+        of, [&](auto some, auto& list) { of.mesh.list_links(some, list); },
+        [&](const auto& list, auto&& trace) { of.mesh.fill_links(list, trace); }, shaders, links_by_embree);
+    return listed.print(of, "links", shaders.spent());
+}
+
+/// The long tests of a cold frame. Returns whether the words are Embree's.
+bool time_long_tests(const demo::ComputeDevice& device, const MeshToFill& of) {
+    demo::LongTests shaders(device, of.copy);
+    shaders.bind(of.uploaded.bindings(demo::LongTests::set));
+    const Listed listed = time_list<lightmesh::LongTestWord, std::uint64_t, lightmesh::LongTestList>(
+        of, [&](auto some, auto& list) { of.mesh.list_long_tests(some, list); },
+        [&](const auto& list, auto&& trace) { of.mesh.fill(list, trace); },
+        [&](auto words, auto seen, auto cancel) {
+            shaders(words, seen, cancel);
+            for (std::size_t w = 0; w < words.size(); ++w)
+                seen[w] &= words[w].points;
+        },
+        long_tests_by_embree);
+    return listed.print(of, "long tests", shaders.spent());
 }
 
 /// The rays to lamps of a cold frame by a visibility cache, made, traced and counted by shaders as the cache
@@ -238,7 +304,8 @@ Frame time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, c
     demo::GpuRenderer renderer(device, algorithm, embree, visibility, options);
     const demo::GpuPicture first = renderer.render(statistics);
     const double cold = statistics.seconds;
-    const demo::GpuPicture second = renderer.render(statistics);
+    // Of times, which mean nothing on a CPU that plays a GPU.
+    const demo::GpuPicture second = device.is_cpu() ? first : renderer.render(statistics);
     const double others = demo::share_beyond_one_step(expected, first.linear);
     std::printf("| %s | %s | %d x %d | %.1f | %.1f | %.1f | %.1f | %llu | %zu | %.4f |\n", scene.name.c_str(),
                 algorithm.c_str(), options.width, options.height, 1e3 * cold_on_cpu, 1e3 * cold,
@@ -254,12 +321,16 @@ bool run_rays_and_fills(const demo::ComputeDevice& device) {
         "| scene | rays | number | ms | G rays/s | differ from Embree's |\n|---|---|--:|--:|--:|--:|\n");
     bool are_same = time_rays(device, demo::make_park());
     are_same &= time_rays(device, demo::make_rooms());
-    std::printf("\n| scene | links | ms | of that shaders: ms | words | long rays | dispatches | listing: ms "
-                "| by the device: ms | of "
-                "that shaders: ms | storing: ms | by Embree: ms | words that differ from Embree's |\n"
-                "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
-    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
-        are_same &= time_long_tests(device, scene);
+    std::printf(
+        "\n| scene | to fill | words | rays | links that the host has traced | dispatches | listing: ms "
+        "| by the device: ms | of that shaders: ms | storing: ms | by Embree, on all threads: ms | words "
+        "that differ from Embree's |\n"
+        "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()}) {
+        const MeshToFill mesh(device, scene);
+        are_same &= time_links(device, mesh);
+        are_same &= time_long_tests(device, mesh);
+    }
     std::printf("\n| scene | shaft rows | rays to lamps | dispatches | filling: ms | of that "
                 "shaders: ms | by Embree, on all threads: ms | share of values that differ from Embree's |\n"
                 "|---|---|--:|--:|--:|--:|--:|--:|\n");

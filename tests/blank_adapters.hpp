@@ -117,7 +117,11 @@ inline bool is_open_for_shaders(const std::vector<lightmesh::Light>& lights) {
     const lightmesh::LightMesh mesh{BlankTracer{}, lights, lightmesh::Settings{}};
     lightmesh::LinkList links;
     mesh.list_links(points, links);
-    mesh.fill_links(links, trace);
+    mesh.fill_links(links,
+                    [&](std::span<const lightmesh::LinkWord> words, std::span<lightmesh::OpenLinks> open) {
+                        (void)mesh.link_segment(words[0], 0, 0);
+                        std::ranges::fill(open, lightmesh::OpenLinks{});
+                    });
     lightmesh::LongTestList tests;
     mesh.list_long_tests(points, tests);
     mesh.fill(tests, [&](std::span<const lightmesh::LongTestWord> words, std::span<std::uint64_t> seen) {

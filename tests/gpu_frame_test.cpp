@@ -5,6 +5,7 @@
 #include "gpu/gpu_renderer.hpp"
 #include "gpu/gpu_scene.hpp"
 #include "gpu/lamp_shares.hpp"
+#include "gpu/link_tests.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/segment_rays.hpp"
 #include "gpu/uploaded.hpp"
@@ -87,13 +88,17 @@ void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& sc
     CHECK(close(of_cpu.secondary_rays, of_gpu.secondary_rays));
     const auto mesh = renderer.mesh();
     const auto cache = renderer.cache();
-    CHECK(renderer.filled().rays == (mesh ? mesh->listed_rays : cache ? cache->listed_rays : 0));
+    CHECK(renderer.filled().rays == (mesh    ? mesh->listed_rays + mesh->listed_link_rays
+                                     : cache ? cache->listed_rays
+                                             : 0));
     // Shaders trace what is found by rays of these; what a mesh tells a cache, maps and volumes are the
     // host's.
     CHECK((renderer.filled().rays > 0) == demo::keeps_snapshot(algorithm));
     CHECK((renderer.bytes() > 0) == (algorithm != "whitted" && algorithm != "area"));
     if (mesh)
         CHECK(mesh->long_rays == 0);
+    if (mesh && is_filled_by_shaders)
+        CHECK(5 * mesh->link_rays <= mesh->listed_link_rays);
 }
 
 void check_same_picture(const demo::ComputeDevice& device, const demo::Scene& scene,
@@ -162,6 +167,34 @@ struct ListedRays {
     std::uint64_t all = 0;
     std::uint64_t seen = 0;
 };
+
+ListedRays other_link_rays(const demo::ComputeDevice& device, const demo::Scene& scene) {
+    const demo::EmbreeScene embree(scene);
+    const Mesh mesh{embree.intersector(), demo::shapes_of_lights(scene), demo::options_of(scene).settings};
+    const demo::GpuScene copy(device, embree);
+    demo::LinkTests shaders(device, copy);
+    const demo::UploadedMesh uploaded(device, mesh.snapshot());
+    shaders.bind(uploaded.bindings(demo::LinkTests::set));
+    lightmesh::LinkList list;
+    mesh.list_links(test::seen_points(embree, 8), list);
+    ListedRays rays;
+    mesh.fill_links(
+        list, [&](std::span<const lightmesh::LinkWord> words, std::span<lightmesh::OpenLinks> open) {
+            shaders(words, open, nullptr);
+            for (std::size_t w = 0; w < words.size(); ++w)
+                for (int p = 0; p < 64; ++p)
+                    for (int axis = 0; axis < 3 && (words[w].cells >> p / 8 & 1) != 0; ++axis) {
+                        const bool is_open = !mesh.tracer().occluded(mesh.link_segment(words[w], p, axis));
+                        const std::uint64_t found = open[w][static_cast<std::size_t>(axis)] >> p & 1;
+                        rays.differing += is_open == (found != 0) ? 0u : 1u;
+                        rays.seen += is_open ? 1u : 0u;
+                        ++rays.all;
+                    }
+        });
+    CHECK(shaders.spent().rays == rays.all);
+    CHECK(mesh.statistics().listed_link_rays == rays.all);
+    return rays;
+}
 
 ListedRays other_long_rays(const demo::ComputeDevice& device, const demo::Scene& scene) {
     const demo::EmbreeScene embree(scene);
@@ -318,7 +351,7 @@ TEST_CASE("gpu frame: random rays meet what they meet in Embree") {
     }
 }
 
-TEST_CASE("gpu frame: long tests and rays to lamps that shaders trace say what Embree says") {
+TEST_CASE("gpu frame: links and long tests and rays to lamps that shaders trace say what Embree says") {
     const demo::ComputeDevice device;
     std::vector<demo::Scene> scenes{demo::make_spheres(), demo::make_rooms(), demo::make_park()};
     // Surfaces that let light through by a hash of a segment's ends: these must be the same to the bit.
@@ -340,7 +373,7 @@ TEST_CASE("gpu frame: long tests and rays to lamps that shaders trace say what E
               .position = moved + glm::vec3(0.0f, 0.0f, 6.0f), .axis = {0.1f, 0.2f, -1.0f}, .cone = 0.7f})})
         scenes.back().lights.push_back({.shape = shape, .intensity = glm::vec3(1.0f)});
     const auto check = [](const ListedRays& rays) {
-        MESSAGE(rays.differing << " of " << rays.all << " differ, " << rays.seen << " see their light");
+        MESSAGE(rays.differing << " of " << rays.all << " differ, " << rays.seen << " are open");
         CHECK(static_cast<double>(rays.differing) <= 2e-5 * static_cast<double>(rays.all));
         CHECK(rays.all > 1000);
         CHECK(rays.seen > 100);
@@ -348,6 +381,7 @@ TEST_CASE("gpu frame: long tests and rays to lamps that shaders trace say what E
     };
     for (const demo::Scene& scene : scenes) {
         CAPTURE(scene.name);
+        check(other_link_rays(device, scene));
         check(other_long_rays(device, scene));
         demo::VisibilityOptions options = demo::options_of(scene);
         for (const bool shaft_rows : {false, true}) {

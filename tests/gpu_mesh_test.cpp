@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "followed_upload.hpp"
 #include "gpu/mesh_queries.hpp"
+#include "gpu/uploaded.hpp"
+#include "hashed_tracer.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
 #include "snapshot_bytes.hpp"
@@ -35,6 +37,10 @@ namespace gpu_mesh_test {
 /// them.
 
 namespace {
+
+constexpr std::uint32_t hashed_links[] = {
+#include "spirv/hashed_links.comp.inc"
+};
 
 using lightmesh::Settings;
 using lightmesh::ShortTest;
@@ -390,6 +396,62 @@ TEST_CASE("gpu mesh: far from the origin, and at any scale") {
             check_equal(world);
         }
     }
+}
+
+TEST_CASE("gpu mesh: links end where the CPU's do, on all levels, far from the origin and at any scale") {
+    struct Place {
+        float offset;
+        float scale;
+        float quality;
+    };
+    const demo::ComputeDevice& device = watched().device;
+    std::uint64_t links = 0;
+    std::uint64_t open_links = 0;
+    for (const Place& at : {Place{0.0f, 1.0f, 1.0f}, Place{0.0f, 1.0f, 16.0f}, Place{-50000.0f, 1.0f, 3.7f},
+                            Place{3e6f, 1.0f, 3.0f}, Place{0.0f, 1e-6f, 4.0f}, Place{0.0f, 1e8f, 4.0f}}) {
+        CAPTURE(at.offset);
+        CAPTURE(at.scale);
+        CAPTURE(at.quality);
+        World world(1, at.quality < 8.0f ? 40 : 4, 0.7f * at.scale, at.quality, ShortTest::linked);
+        for (std::size_t i = 0; i < world.points.size(); ++i) {
+            glm::vec3& position = world.points[i].position;
+            position = at.scale * position + glm::vec3(at.offset, -at.offset, 0.5f * at.offset);
+            world.points[i].footprint = i % 3 == 0 ? 1.5f * at.scale : 0.0f;
+        }
+        const Mesh mesh = world.mesh();
+        const demo::UploadedMesh uploaded(device, mesh.snapshot());
+        lightmesh::LinkList list;
+        mesh.list_links(world.points, list);
+        mesh.fill_links(
+            list, [&](std::span<const lightmesh::LinkWord> words, std::span<lightmesh::OpenLinks> open) {
+                std::vector<demo::ComputeBinding> bindings = uploaded.bindings(0);
+                bindings.push_back({0, lightmesh::MeshUpload::requests_binding,
+                                    demo::ComputeBuffer(device, lightmesh::empty_requests(1))});
+                bindings.push_back({1, 0, demo::ComputeBuffer(device, std::as_bytes(words))});
+                bindings.push_back({1, 1, demo::ComputeBuffer(device, open.size_bytes())});
+                const demo::ComputeKernel kernel(device, hashed_links, bindings, sizeof(std::uint32_t));
+                const auto count = static_cast<std::uint32_t>(words.size());
+                device.run([&](const demo::ComputeCommands& commands) {
+                    commands.dispatch(kernel, (count + 63) / 64, 1, 1, std::as_bytes(std::span(&count, 1)));
+                });
+                bindings.back().buffer.read(0, std::as_writable_bytes(open));
+                std::uint64_t differing = 0;
+                for (std::size_t i = 0; i < words.size(); ++i)
+                    for (int p = 0; p < 64; ++p)
+                        for (int axis = 0; axis < 3; ++axis) {
+                            const bool is_open = test::is_open_by_hash(mesh.link_segment(words[i], p, axis));
+                            const std::uint64_t found = open[i][static_cast<std::size_t>(axis)] >> p & 1;
+                            differing += is_open == (found != 0) ? 0u : 1u;
+                            open_links += found;
+                            ++links;
+                        }
+                CHECK(differing == 0);
+            });
+    }
+    CHECK(links > 100'000);
+    CHECK(open_links > links / 8);
+    CHECK(open_links < links - links / 8);
+    CHECK(watched().messages.empty());
 }
 
 TEST_CASE("gpu mesh: what is not known is missing, asked for and filled, until nothing is") {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/compute.hpp"
+#include "hashed_tracer.hpp"
 #include "hit_tracer.hpp"
 #include "random_scene.hpp"
 #include "watched_device.hpp"
@@ -33,25 +34,9 @@ constexpr std::uint32_t hashed_words[] = {
 #include "spirv/hashed_shares.comp.inc"
 };
 
-std::uint32_t mixed(std::uint32_t hash, std::uint32_t value) {
-    hash = (hash ^ value) * 0x9e3779b1u;
-    return hash ^ hash >> 15;
-}
-std::uint32_t mixed(std::uint32_t hash, const glm::vec3& place) {
-    for (int axis = 0; axis < 3; ++axis)
-        hash = mixed(hash, place[axis] == 0.0f ? 0u : std::bit_cast<std::uint32_t>(place[axis]));
-    return hash;
-}
-/// As hashed_shares.comp.
-bool is_open(const Segment& segment) {
-    const std::uint32_t hash = mixed(mixed(1u, segment.origin), segment.target) >> 8;
-    const std::uint32_t kind = mixed(2u, glm::floor(2.0f * segment.origin)) >> 8 & 7u;
-    return kind < 2u || (kind >= 4u && (kind < 6u ? (hash & 1u) != 0u : (hash & 31u) != 0u));
-}
-
 void find_on_cpu(std::span<const Segment> segments, std::span<std::uint8_t> hit) {
     for (std::size_t i = 0; i < segments.size(); ++i)
-        hit[i] = is_open(segments[i]) ? 0 : 1;
+        hit[i] = test::is_open_by_hash(segments[i]) ? 0 : 1;
 }
 
 class HashedShares {
@@ -93,7 +78,8 @@ std::vector<test::Triangle> hills(test::Random& random) {
     constexpr int side = 24;
     const auto height = [seed = random.next()](int x, int y) {
         return -3.0 + 0.4 * 0x1p-32 *
-                          mixed(mixed(seed, static_cast<std::uint32_t>(x)), static_cast<std::uint32_t>(y));
+                          test::mixed(test::mixed(seed, static_cast<std::uint32_t>(x)),
+                                      static_cast<std::uint32_t>(y));
     };
     const auto corner = [&](int x, int y) {
         return test::Vec(0.3 * x - 3.6, 0.3 * y - 3.6, height(x, y));

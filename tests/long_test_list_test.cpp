@@ -167,11 +167,17 @@ TEST_CASE("link lists: queries find nearly all links there, and give the same va
     }
     CHECK(!links.is_empty());
     std::uint64_t rays = 0;
-    const auto trace = [&](std::span<const lightmesh::Segment> segments, std::span<std::uint8_t> hit) {
-        REQUIRE(segments.size() == hit.size());
-        rays += segments.size();
-        for (std::size_t i = 0; i < segments.size(); ++i)
-            hit[i] = mesh.tracer().occluded(segments[i]) ? 1 : 0;
+    const auto trace = [&](std::span<const lightmesh::LinkWord> words, std::span<lightmesh::OpenLinks> open) {
+        REQUIRE(words.size() == open.size());
+        for (std::size_t i = 0; i < words.size(); ++i)
+            for (int p = 0; p < 64; ++p)
+                for (int axis = 0; axis < 3; ++axis) {
+                    // What was not asked for means nothing.
+                    const bool is_asked = (words[i].cells >> p / 8 & 1) != 0;
+                    rays += is_asked ? 1u : 0u;
+                    if (!is_asked || !mesh.tracer().occluded(mesh.link_segment(words[i], p, axis)))
+                        open[i][static_cast<std::size_t>(axis)] |= std::uint64_t{1} << p;
+                }
     };
     CHECK_THROWS_AS(
         mesh.fill_links(links, [](auto, auto) { throw std::runtime_error("the device was lost"); }),

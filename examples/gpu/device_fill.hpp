@@ -13,6 +13,13 @@ struct DeviceFill {
     std::uint64_t rays = 0;
     std::size_t dispatches = 0;
     double seconds_device = 0.0;  ///< in shaders
+
+    DeviceFill& operator+=(const DeviceFill& other) {
+        rays += other.rays;
+        dispatches += other.dispatches;
+        seconds_device += other.seconds_device;
+        return *this;
+    }
 };
 
 /// Thrown where work is cancelled.

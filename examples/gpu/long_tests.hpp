@@ -4,11 +4,11 @@
 #include "gpu/compute.hpp"
 #include "gpu/device_fill.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu/listed_words.hpp"
 
 #include <lightmesh/fill/long_test_list.hpp>
 
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -20,23 +20,18 @@ class LongTests {
 public:
     LongTests(const ComputeDevice& device, const GpuScene& scene);
 
-    /// Which mesh words are of from now on: as `UploadedMesh::bindings` gives it for `set`.
-    void bind(std::span<const ComputeBinding> mesh) const;
+    /// As `ListedWords::bind`.
+    void bind(std::span<const ComputeBinding> mesh) const { words_.bind(mesh); }
     static constexpr std::uint32_t set = 1;
 
-    /// Throws `Cancelled` between two dispatches if that is set, and what `compute.hpp` throws.
+    /// Throws as `ListedWords::find`.
     void operator()(std::span<const lightmesh::LongTestWord> words, std::span<std::uint64_t> seen,
                     const std::atomic<bool>* cancel);
 
-    const DeviceFill& spent() const { return spent_; }
+    const DeviceFill& spent() const { return words_.spent(); }
 
 private:
-    ComputeDevice device_;
-    std::size_t at_once_;  ///< words
-    ComputeBuffer words_;
-    ComputeBuffer seen_;
-    ComputeKernel kernel_;
-    DeviceFill spent_;
+    ListedWords<lightmesh::LongTestWord, std::uint64_t> words_;
 };
 
 }  // namespace demo

@@ -2,6 +2,7 @@
 #include "gpu/mesh_shadows.hpp"
 
 #include "gpu/host_visibility.hpp"
+#include "gpu/link_tests.hpp"
 #include "gpu/listing.hpp"
 #include "gpu/long_tests.hpp"
 #include "gpu/uploaded.hpp"
@@ -34,22 +35,28 @@ bool is_by_rays(const std::string& algorithm) {
 
 }  // namespace
 
-/// A mesh whose links the host finds, and shaders the long rays.
+/// A mesh whose links and long tests shaders trace.
 class MeshByRays {
 public:
     MeshByRays(const ComputeDevice& device, const EmbreeScene& scene, const GpuScene& copy,
                const VisibilityOptions& options)
         : mesh_(scene.intersector(), shapes_of_lights(scene.scene()), mesh_settings_of(options)),
-          long_tests_(device, copy) {
+          link_tests_(device, copy), long_tests_(device, copy) {
         if (!options.known.empty())
             mesh_.merge(options.known);
     }
 
     /// Lets shaders see the mesh as they have it, for `fill`.
-    void bind(const UploadedMesh& uploaded) { long_tests_.bind(uploaded.bindings(LongTests::set)); }
+    void bind(const UploadedMesh& uploaded) {
+        link_tests_.bind(uploaded.bindings(LinkTests::set));
+        long_tests_.bind(uploaded.bindings(LongTests::set));
+    }
 
     /// Finds what shaders lack at points.
     void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
+        const auto links = list_on_all_threads<lightmesh::LinkList>(
+            points, [&](auto some, auto& list) { mesh_.list_links(some, list); });
+        mesh_.fill_links(links, [&](auto words, auto open) { link_tests_(words, open, cancel); });
         const auto missing = list_on_all_threads<lightmesh::LongTestList>(
             points, [&](auto some, auto& list) { mesh_.list_long_tests(some, list); });
         mesh_.fill(missing, [&](auto words, auto seen) { long_tests_(words, seen, cancel); });
@@ -68,10 +75,15 @@ public:
 
     std::vector<std::byte> snapshot() const { return mesh_.snapshot(); }
     lightmesh::MeshStatistics mesh() const { return mesh_.statistics(); }
-    DeviceFill spent() const { return long_tests_.spent(); }
+    DeviceFill spent() const {
+        DeviceFill sum = link_tests_.spent();
+        sum += long_tests_.spent();
+        return sum;
+    }
 
 private:
     lightmesh::LightMesh<EmbreeIntersector> mesh_;
+    LinkTests link_tests_;
     LongTests long_tests_;
 };
 

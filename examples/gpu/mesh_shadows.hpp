@@ -20,8 +20,8 @@
 
 namespace demo {
 
-/// A light mesh on a device. As shaders ask for it the host lists what is missing and links light points;
-/// shaders trace the long tests. Where these are not by rays, the host finds them, too.
+/// A light mesh on a device. As shaders ask for it the host lists what is missing; shaders trace links and
+/// long tests. Where these are not by rays, the host finds them, and the links.
 class MeshShadows {
 public:
     /// Descriptor set where shaders see the mesh and the request buffer.

@@ -4,10 +4,10 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/adapters/diagnostics.hpp>
 #include <lightmesh/bounds.hpp>
+#include <lightmesh/fill/link_fill.hpp>
 #include <lightmesh/fill/link_list.hpp>
 #include <lightmesh/fill/long_test_list.hpp>
 #include <lightmesh/fill/mesh_levels.hpp>
-#include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/fill/source.hpp>
 #include <lightmesh/lights.hpp>
 #include <lightmesh/mesh/brick.hpp>
@@ -225,21 +225,27 @@ public:
     }
     /// Lists the links between light points that queries at these points may need and that the mesh lacks,
     /// for a tracer that takes very many at once: nearly all that they will need, and some that they will
-    /// not. To be filled before `list_long_tests`. It pays where the mesh's own tracer is slow: fast ones
-    /// take less time for the links than it takes to list them. Nothing unless the short test is
-    /// `ShortTest::linked`. Threads and errors as there.
+    /// not. To be filled before `list_long_tests`. Nothing unless the short test is `ShortTest::linked`.
+    /// Threads and errors as there.
     void list_links(std::span<const SurfacePoint> points, LinkList& list) const {
         Query query(*levels_, nullptr);
         for (std::size_t first = 0; first < points.size(); first += Query::most_points)
             query.list_links(block_of(points, first), list.units_.levels);
     }
-    /// Finds and stores what is listed by the caller's tracer; it changes no value of a query. May be called
-    /// beside queries. Throws what the tracer throws; nothing is stored of the links of that call then.
-    template <SegmentTracer Trace>
+    /// Finds and stores what is listed by the caller's tracer, in calls as large as `LinkTracer` says; it
+    /// changes no value of a query. May be called beside queries. Throws what the tracer throws.
+    template <LinkTracer Trace>
     void fill_links(const LinkList& list, Trace&& trace) const {
         for (std::size_t k = 0; k < list.units_.levels.size(); ++k)
             if (!list.units_.levels[k].entries().empty())
-                levels_->level(static_cast<int>(k)).fill_links(list.units_.levels[k].entries(), trace);
+                levels_->level(static_cast<int>(k))
+                    .fill_links(list.units_.levels[k].entries(), static_cast<std::uint32_t>(k), trace);
+    }
+    /// The segment of a link: from light point p of a word's brick one step up along axis 0, 1 or 2, world
+    /// units.
+    Segment link_segment(const LinkWord& word, int p, int axis) const {
+        return detail::link_segment(levels_->level(word.level).data().grid(),
+                                    {word.brick[0], word.brick[1], word.brick[2]}, p, axis);
     }
     /// The segment of a long test: from light point p of a word to its light, or from there to the point
     /// (see `Intersector`), world units.

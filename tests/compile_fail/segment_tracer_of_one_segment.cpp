@@ -2,6 +2,6 @@
 // must not fit: SegmentTracer
 #include "wrong.hpp"
 
-void fill(const lightmesh::LightMesh<Tracer>& mesh, const lightmesh::LinkList& list) {
-    mesh.fill_links(list, [](const lightmesh::Segment&) { return false; });
+void fill(const lightmesh::VisibilityCache<Tracer>& cache, const lightmesh::LampRayList& list) {
+    cache.fill(list, [](const lightmesh::Segment&) { return false; });
 }

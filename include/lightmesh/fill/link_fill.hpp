@@ -2,7 +2,7 @@
 #pragma once
 
 #include <lightmesh/adapters/concepts.hpp>
-#include <lightmesh/fill/segment_tracer.hpp>
+#include <lightmesh/fill/link_list.hpp>
 #include <lightmesh/fill/trace.hpp>
 #include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
@@ -12,6 +12,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -24,26 +25,12 @@ namespace lightmesh::detail {
 /// Of each of a cell's eight light points one step up along x, y and z.
 inline constexpr std::size_t links_of_cell = 24;
 
-inline std::array<Segment, links_of_cell> link_segments(const Grid& grid, const glm::ivec3& brick, int cell) {
-    std::array<Segment, links_of_cell> segments;
-    for (int axis = 0; axis < 3; ++axis) {
-        for (int p = 0; p < 8; ++p) {
-            const glm::ivec3 pos = grid_pos_of(brick, 8 * cell + p);
-            glm::ivec3 next = pos;
-            ++next[axis];
-            segments[static_cast<std::size_t>(8 * axis + p)] = {grid.position(pos), grid.position(next)};
-        }
-    }
-    return segments;
-}
-
-/// Stores the links of a cell, by which of `link_segments` are blocked.
-inline void publish_links(MeshData& data, const Brick& brick, int cell, std::span<const std::uint8_t> hit) {
-    std::array<std::uint64_t, 3> open{};
-    for (std::size_t i = 0; i < links_of_cell; ++i)
-        if (hit[i] == 0)
-            open[i / 8] |= std::uint64_t{1} << (static_cast<std::size_t>(8 * cell) + i % 8);
-    data.publish_links(brick, cell, open);
+/// From light point p of a brick one step up along an axis.
+inline Segment link_segment(const Grid& grid, const glm::ivec3& brick, int p, int axis) {
+    const glm::ivec3 pos = grid_pos_of(brick, p);
+    glm::ivec3 next = pos;
+    ++next[axis];
+    return {grid.position(pos), grid.position(next)};
 }
 
 /// Finds the links of the cells in `missing` (one bit a cell) by rays and stores them. Returns the number of
@@ -53,29 +40,41 @@ std::uint64_t fill_links(MeshData& data, const Tracer& tracer, const Brick& bric
     std::uint64_t rays = 0;
     for (std::uint32_t rest = missing; rest != 0; rest &= rest - 1) {
         const int cell = std::countr_zero(rest);
-        const auto segments = link_segments(data.grid(), brick.position(), cell);
+        std::array<Segment, links_of_cell> segments;
+        for (std::size_t i = 0; i < links_of_cell; ++i)
+            segments[i] = link_segment(data.grid(), brick.position(), 8 * cell + static_cast<int>(i % 8),
+                                       static_cast<int>(i / 8));
         std::array<std::uint8_t, links_of_cell> hit;
         trace(tracer, std::span<const Segment>(segments), std::span(hit));
-        publish_links(data, brick, cell, hit);
-        rays += segments.size();
+        OpenLinks open{};
+        for (std::size_t i = 0; i < links_of_cell; ++i)
+            if (hit[i] == 0)
+                open[i / 8] |= std::uint64_t{1} << (static_cast<std::size_t>(8 * cell) + i % 8);
+        data.publish_links(brick, cell, open);
+        rays += links_of_cell;
     }
     return rays;
 }
 
-/// The same for cells of many bricks at once by a caller's own tracer.
-template <SegmentTracer Trace>
+/// The same for cells of many bricks of one level at once by a caller's own tracer.
+template <LinkTracer Trace>
 class LinkListFill {
 public:
-    LinkListFill(MeshData& data, Trace& trace) : data_(data), trace_(trace) {}
+    LinkListFill(MeshData& data, std::uint32_t level, Trace& trace)
+        : data_(data), level_(static_cast<std::uint16_t>(level)), trace_(trace) {}
 
     /// Throws what the tracer throws, and std::bad_alloc.
     void run(std::span<const UnitTable::Entry> bricks) {
         for (const UnitTable::Entry& entry : bricks) {
             const Brick& brick = data_.find_or_make_brick(entry.key.brick);
-            auto missing =
+            const auto missing =
                 static_cast<std::uint32_t>(entry.mask) & ~std::uint32_t{load_acquire(brick.links_known)};
-            for (; missing != 0; missing &= missing - 1)
-                add(brick, std::countr_zero(missing));
+            if (missing == 0)
+                continue;
+            bricks_.push_back(&brick);
+            words_.push_back({brick.coord, level_, static_cast<std::uint16_t>(missing)});
+            if (words_.size() == most_link_words)
+                find();
         }
         find();
     }
@@ -83,37 +82,35 @@ public:
     std::uint64_t rays() const { return rays_; }
 
 private:
-    struct Cell {
-        const Brick* brick;
-        int cell;
-    };
-
-    void add(const Brick& brick, int cell) {
-        if (segments_.size() + links_of_cell > most_listed_segments)
-            find();
-        const auto segments = link_segments(data_.grid(), brick.position(), cell);
-        segments_.insert(segments_.end(), segments.begin(), segments.end());
-        cells_.push_back({&brick, cell});
+    void find() {
+        if (words_.empty())
+            return;
+        open_.assign(words_.size(), OpenLinks{});
+        trace_(std::span<const LinkWord>(words_), std::span<OpenLinks>(open_));
+        for (std::size_t i = 0; i < words_.size(); ++i)
+            publish(*bricks_[i], words_[i].cells, open_[i]);
+        bricks_.clear();
+        words_.clear();
     }
 
-    void find() {
-        if (cells_.empty())
-            return;
-        hit_.assign(segments_.size(), 0);
-        trace_(std::span<const Segment>(segments_), std::span<std::uint8_t>(hit_));
-        rays_ += segments_.size();
-        for (std::size_t i = 0; i < cells_.size(); ++i)
-            publish_links(data_, *cells_[i].brick, cells_[i].cell,
-                          std::span<const std::uint8_t>(hit_).subspan(i * links_of_cell, links_of_cell));
-        cells_.clear();
-        segments_.clear();
+    void publish(const Brick& brick, std::uint32_t cells, const OpenLinks& open) {
+        rays_ += links_of_cell * static_cast<std::size_t>(std::popcount(cells));
+        for (; cells != 0; cells &= cells - 1) {
+            const int cell = std::countr_zero(cells);
+            OpenLinks of_cell;
+            std::ranges::transform(open, of_cell.begin(), [cell](std::uint64_t links) {
+                return links & std::uint64_t{0xff} << 8 * cell;
+            });
+            data_.publish_links(brick, cell, of_cell);
+        }
     }
 
     MeshData& data_;
+    std::uint16_t level_;
     Trace& trace_;
-    std::vector<Cell> cells_;
-    std::vector<Segment> segments_;
-    std::vector<std::uint8_t> hit_;
+    std::vector<const Brick*> bricks_;
+    std::vector<LinkWord> words_;
+    std::vector<OpenLinks> open_;
     std::uint64_t rays_ = 0;
 };
 

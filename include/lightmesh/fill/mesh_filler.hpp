@@ -4,10 +4,10 @@
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/fill/flood_fill.hpp>
 #include <lightmesh/fill/link_fill.hpp>
+#include <lightmesh/fill/link_list.hpp>
 #include <lightmesh/fill/list_fill.hpp>
 #include <lightmesh/fill/long_fill.hpp>
 #include <lightmesh/fill/long_test_list.hpp>
-#include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
@@ -64,10 +64,10 @@ public:
         listed_rays_.fetch_add(list_fill.rays(), std::memory_order_relaxed);
     }
 
-    /// Finds and stores links of cells of bricks (one bit a cell) by a caller's own tracer.
-    template <SegmentTracer Trace>
-    void fill_links(std::span<const UnitTable::Entry> missing, Trace& trace) const {
-        LinkListFill<Trace> link_fill(data_, trace);
+    /// Finds and stores links of cells of bricks of this level (one bit a cell) by a caller's own tracer.
+    template <LinkTracer Trace>
+    void fill_links(std::span<const UnitTable::Entry> missing, std::uint32_t level, Trace& trace) const {
+        LinkListFill<Trace> link_fill(data_, level, trace);
         link_fill.run(missing);
         listed_link_rays_.fetch_add(link_fill.rays(), std::memory_order_relaxed);
     }

@@ -10,14 +10,14 @@
 
 namespace lightmesh {
 
-/// The caller's own tracer of segments, for `LightMesh::fill_links` and `VisibilityCache::fill`:
+/// The caller's own tracer of segments, for `VisibilityCache::fill`:
 ///
 ///     void trace(std::span<const Segment> segments, std::span<std::uint8_t> hit);
 ///
 /// As `BatchIntersector`: sets hit[i] to 1 if segments[i] is blocked, else to 0. Both spans have the same
-/// size, from 1 to `most_listed_segments`; those of one cell of light points, or from one record, follow each
-/// other. The answers should be those of the mesh's or the cache's `Intersector`. What it throws leaves
-/// these, and nothing is stored of what the call was about.
+/// size, from 1 to `most_listed_segments`; those from one record follow each other. The answers should be
+/// those of the cache's `Intersector`. What it throws leaves `VisibilityCache::fill`, and nothing is stored
+/// of what the call was about.
 template <class Trace>
 concept SegmentTracer = std::invocable<Trace&, std::span<const Segment>, std::span<std::uint8_t>>;
 

@@ -1183,12 +1183,24 @@ vec3 lightmesh_light_end(int level, uint light, vec3 end) {
     return short_of_light;
 }
 
-// A long test, as `fill` traces it on the CPU: whether light point p of a level's brick (see `LongTestWord`) sees the
-// light in a slot, 64 * tile + l.
+// The index in the grid of light point p of a brick (see `LongTestWord`).
+ivec3 lightmesh_point_of_brick(ivec3 brick, uint p) {
+    return 4 * brick + ivec3((p & 1u) | (p >> 2 & 2u), (p >> 1 & 1u) | (p >> 3 & 2u), (p >> 2 & 1u) | (p >> 4 & 2u));
+}
+
+// A link, as `fill` traces it on the CPU: whether nothing lies between light point p of a level's brick and the next one
+// up along an axis, 0 to 2.
+bool lightmesh_is_linked(uint of_level, ivec3 brick, uint p, uint axis) {
+    ivec3 at = lightmesh_point_of_brick(brick, p);
+    ivec3 up = ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
+    return lightmesh_is_open(lightmesh_light_point(int(of_level), at), lightmesh_light_point(int(of_level), at + up));
+}
+
+// A long test, as `fill` traces it on the CPU: whether light point p of a level's brick sees the light in a slot,
+// 64 * tile + l.
 bool lightmesh_sees_light(uint of_level, ivec3 brick, uint p, uint slot) {
     int level = int(of_level);
-    ivec3 in_brick = ivec3((p & 1u) | (p >> 2 & 2u), (p >> 1 & 1u) | (p >> 3 & 2u), (p >> 2 & 1u) | (p >> 4 & 2u));
-    vec3 point = lightmesh_light_point(level, 4 * brick + in_brick);
+    vec3 point = lightmesh_light_point(level, lightmesh_point_of_brick(brick, p));
     uint light = lightmesh_light(slot);
     vec3 end = lightmesh_light_end(level, light, point);
     uvec4 first = lightmesh_lights[light];

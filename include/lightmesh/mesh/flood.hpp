@@ -35,7 +35,7 @@ struct FloodBox {
 
     /// The distance over which links are followed, in steps. A hemisphere lies within q of its surface point,
     /// and an even seed (see `SeedCandidates`) within one step of that.
-    static float radius(float quality) { return quality + 1.0f; }
+    static constexpr float radius(float quality) { return quality + 1.0f; }
 
     /// 2 n + 1 light points in a row touch up to so many bricks.
     static int side_of(float quality) { return (2 * static_cast<int>(radius(quality)) + 3) / 4 + 1; }

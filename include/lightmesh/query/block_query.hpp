@@ -12,6 +12,7 @@
 #include <lightmesh/mesh/mesh_view.hpp>
 #include <lightmesh/query/kernels/kernel_types.hpp>
 #include <lightmesh/query/kernels/kernels.hpp>
+#include <lightmesh/query/links_around.hpp>
 #include <lightmesh/query/neighbours.hpp>
 #include <lightmesh/query/point_block.hpp>
 #include <lightmesh/query/query_point.hpp>
@@ -75,16 +76,19 @@ public:
         listed_ = nullptr;
     }
 
-    /// Lists the links that are missing where floods of the seeds before these points can lead, but for those
-    /// behind the surface, one bit a cell.
+    /// Lists the links that are missing where floods of these points' seeds can lead, one bit a cell.
     void list_links(const PointBatch& batch, UnitTable& cells) {
-        for (std::size_t done = 0; done < batch.size() && short_test() == ShortTest::linked;) {
+        if (short_test() != ShortTest::linked)
+            return;
+        LinksAround links(mesh_, cells);
+        for (std::size_t done = 0; done < batch.size();) {
             done += take_block(batch, done);
             find_uniform_points();
             for (const QueryPoint& point : points())
                 if (!point.is_uniform)
-                    list_links_before(mesh_, point, cells);
+                    links.add(point);
         }
+        links.list();
     }
 
 private:

@@ -3,7 +3,6 @@
 
 #include <lightmesh/adapters/concepts.hpp>
 #include <lightmesh/fill/trace.hpp>
-#include <lightmesh/fill/unit_table.hpp>
 #include <lightmesh/mesh/brick.hpp>
 #include <lightmesh/mesh/flood.hpp>
 #include <lightmesh/mesh/grid.hpp>
@@ -12,7 +11,6 @@
 #include <lightmesh/query/query_point.hpp>
 #include <lightmesh/segment.hpp>
 #include <lightmesh/statistics.hpp>
-#include <lightmesh/support/atomics.hpp>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
@@ -143,35 +141,6 @@ void test_neighbours(const Tracer& tracer, const MeshView& mesh, QueryPoint& poi
                 seen |= rest & (~rest + 1);
         return seen;
     });
-}
-
-/// Lists the links that are missing where floods of the seeds before a point can lead, but for those behind
-/// the surface, one bit a cell.
-inline void list_links_before(const MeshView& mesh, const QueryPoint& point, UnitTable& cells) {
-    // A cell's middle is half a step from its light points along each axis, a seed within a step of P, or
-    // little more.
-    const double reach = static_cast<double>(FloodBox::radius(mesh.grid->quality())) + 2.0;
-    const glm::dvec3 normal(point.normal);
-    const auto side_of = [](double coordinate) {
-        return floor_to_int(coordinate / brick_side);
-    };
-    const glm::dvec3 low = point.grid_pos - reach;
-    const glm::dvec3 high = point.grid_pos + reach;
-    for (int z = side_of(low.z); z <= side_of(high.z); ++z)
-        for (int y = side_of(low.y); y <= side_of(high.y); ++y)
-            for (int x = side_of(low.x); x <= side_of(high.x); ++x) {
-                const glm::ivec3 coord(x, y, z);
-                std::uint32_t before = 0;
-                for (int cell = 0; cell < cells_per_brick; ++cell) {
-                    const glm::dvec3 offset = glm::dvec3(grid_pos_of(coord, 8 * cell)) + 0.5 - point.grid_pos;
-                    if (glm::dot(offset, offset) < reach * reach && glm::dot(normal, offset) > -1.5)
-                        before |= 1u << cell;
-                }
-                if (const Brick* brick = before != 0 ? mesh.find_brick(coord) : nullptr)
-                    before &= ~std::uint32_t{load_acquire(brick->links_known)};
-                if (before != 0)
-                    cells.add({coord, 0}, before);
-            }
 }
 
 }  // namespace lightmesh::detail
