@@ -88,6 +88,27 @@ inline std::runtime_error no_device(const std::string& why) {
         "install libvulkan1 mesa-vulkan-drivers`. Or ask for another depth renderer");
 }
 
+/// The result of act(); what Vulkan throws becomes one sentence about a device.
+template <class Act>
+auto in_words(const std::string& device, const std::string& what, Act&& act) {
+    const auto said = [&](const std::string& why) {
+        return std::runtime_error("Vulkan: " + device + " " + why + ", " + what);
+    };
+    try {
+        return act();
+    } catch (const vk::OutOfDeviceMemoryError&) {
+        throw said("has no memory left");
+    } catch (const vk::OutOfHostMemoryError&) {
+        throw said("finds no memory left on the host");
+    } catch (const vk::DeviceLostError&) {
+        throw said("was lost (its driver gave up, or stopped work that took too long)");
+    } catch (const vk::FeatureNotPresentError&) {
+        throw said("lacks a feature");
+    } catch (const vk::SystemError& error) {
+        throw said(std::string("failed (") + error.what() + ")");
+    }
+}
+
 inline vk::raii::Context load() {
     try {
         return vk::raii::Context();
@@ -247,7 +268,9 @@ private:
     vk::raii::Device make_device() const {
         const float priority = 1.0f;
         const vk::DeviceQueueCreateInfo one_queue({}, family, 1, &priority);
-        return {physical, vk::DeviceCreateInfo().setQueueCreateInfos(one_queue)};
+        return in_words(name_of(physical), "when it was opened", [&] {
+            return vk::raii::Device(physical, vk::DeviceCreateInfo().setQueueCreateInfos(one_queue));
+        });
     }
 };
 
@@ -421,12 +444,13 @@ class VulkanDepthRenderer {
 public:
     /// Copies the triangles (three indices each, positions in world units) to the device. Throws
     /// std::invalid_argument for no triangles, an index too large and a position that is not finite;
-    /// std::runtime_error that says what to install where there is no loader, driver or device, and one that
-    /// lists the devices if none fits; vk::SystemError for what fails within Vulkan.
+    /// std::runtime_error that says what to install where there is no loader, driver or device, one that
+    /// lists the devices if none fits, and one sentence about what fails within Vulkan.
     VulkanDepthRenderer(std::span<const glm::vec3> positions, std::span<const std::uint32_t> indices,
                         const VulkanDepthOptions& options = {}) {
         check(positions, indices);
-        state_ = std::make_shared<State>(positions, indices, options);
+        vulkan::in_words("the device", "while triangles were copied to it",
+                         [&] { state_ = std::make_shared<State>(positions, indices, options); });
     }
 
     /// The device that was chosen.
@@ -459,7 +483,9 @@ public:
             (std::max)(std::size_t{1}, most_bytes / vulkan::Target::bytes_per_view(side));
         for (std::size_t first = 0; first < views.size(); first += at_once) {
             const std::size_t count = (std::min)(at_once, views.size() - first);
-            state_->render(views.subspan(first, count), distances.subspan(first, count));
+            vulkan::in_words(device_name(), "while it rendered depths", [&] {
+                state_->render(views.subspan(first, count), distances.subspan(first, count));
+            });
         }
     }
 

@@ -24,25 +24,9 @@ constexpr vk::BufferUsageFlags usage_of_buffers =
 /// Copies between host and device go through so many bytes at a time.
 constexpr std::size_t staging_bytes = std::size_t{16} << 20;
 
-/// The result of act(); what Vulkan throws becomes one sentence.
 template <class Act>
 auto in_words(const vulkan::Device& on, const std::string& what, Act&& act) {
-    const auto said = [&](const std::string& why) {
-        return std::runtime_error("Vulkan: " + vulkan::name_of(on.physical) + " " + why + ", " + what);
-    };
-    try {
-        return act();
-    } catch (const vk::OutOfDeviceMemoryError&) {
-        throw said("has no memory left");
-    } catch (const vk::OutOfHostMemoryError&) {
-        throw said("finds no memory left on the host");
-    } catch (const vk::DeviceLostError&) {
-        throw said("was lost (its driver gave up, or stopped work that took too long)");
-    } catch (const vk::FeatureNotPresentError&) {
-        throw said("lacks a feature");
-    } catch (const vk::SystemError& error) {
-        throw said(std::string("failed (") + error.what() + ")");
-    }
+    return vulkan::in_words(vulkan::name_of(on.physical), what, std::forward<Act>(act));
 }
 
 vk::MemoryBarrier everything_before() {
