@@ -741,22 +741,34 @@ TEST_CASE("gpu frame: normals that turn where no corner moves are written") {
           anew.bindings()[4].buffer.read_all<std::uint32_t>());
 }
 
-TEST_CASE("gpu frame: clean under the validation layers, also by a light mesh and a cache") {
+TEST_CASE("gpu frame: clean under the validation layers, by each shader and after an update") {
     test::WatchedDevice watched;
-    const demo::Scene scene = demo::make_spheres();
-    const demo::EmbreeScene embree(scene);
+    demo::Film film(demo::animate_spheres());
+    demo::EmbreeScene embree(film.scene(), demo::EmbreeScene::For::films);
     demo::RenderOptions options;
     options.width = 16;
     options.height = 12;
-    demo::VisibilityOptions visibility = demo::options_of(scene);
-    visibility.settings.quality = 4.0f;
-    for (const char* algorithm : {"whitted", "express", "cache"}) {
-        demo::GpuRenderer renderer(watched.device, algorithm, embree, visibility, options);
+    struct Case {
+        std::string algorithm;
+        float quality = 4.0f;
+    };
+    double time = 0.0;
+    for (const Case& c :
+         {Case{"whitted"}, Case{"area"}, Case{"express", 5.0f}, Case{"linked"}, Case{"cache"}}) {
+        CAPTURE(c.algorithm);
+        demo::VisibilityOptions visibility = demo::options_of(film.scene());
+        visibility.area_samples = 2;
+        visibility.settings.quality = c.quality;
+        demo::GpuRenderer renderer(watched.device, c.algorithm, embree, visibility, options);
         demo::RenderStatistics statistics;
         renderer.render(statistics);
         CHECK(statistics.finished);
-        CHECK(renderer.mesh().has_value() == (std::string(algorithm) == "express"));
-        CHECK(renderer.cache().has_value() == (std::string(algorithm) == "cache"));
+        const bool has_mesh = c.algorithm == "express" || c.algorithm == "linked";
+        CHECK(renderer.mesh().has_value() == has_mesh);
+        CHECK(renderer.cache().has_value() == (c.algorithm == "cache"));
+        const demo::SceneChange change = film.go_to(time += 0.25);
+        embree.update(change);
+        renderer.update(embree, change);
     }
     for (const std::string& message : watched.messages)
         FAIL_CHECK(message);
