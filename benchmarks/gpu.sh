@@ -3,8 +3,8 @@
 #
 # Builds what computes on GPUs, holds it against the CPU and times it. Without a GPU it runs on Mesa's lavapipe, in
 # small: then it is about the bits, not about times. Ends with an error where values are not the CPU's: of queries none may
-# differ, of rays, words of long tests, shares of lamps and pixels one in 1,000, since two tracers see edges otherwise. On a
-# GPU all is to be done within six minutes.
+# differ, of rays, words of links and long tests, shares of lamps and pixels one in 1,000, since two tracers see edges
+# otherwise. At the end stand the figures to reach, of all programs. On a GPU all is to be done within six minutes.
 #
 #   benchmarks/gpu.sh                  the first GPU that there is
 #   benchmarks/gpu.sh --device NAME    a device by a part of its name, or by its number
@@ -39,7 +39,13 @@ if [ $status -eq 0 ]; then
 else
     echo "VALUES DIFFER from the CPU's, or something failed" >&2
 fi
-if head -1 "$build/${benchmarks[0]}.txt" | grep -qi llvmpipe; then
+tables=("${benchmarks[@]/#/$build/}")
+echo
+head -1 "${tables[0]}.txt"
+printf '\n| what | to reach | measured | |\n|---|--:|--:|---|\n'
+awk 'FNR == 1 || /^$/ { is_row = 0 } is_row && !/^\|--/; /^\| what \| to reach/ { is_row = 1 }' "${tables[@]/%/.txt}"
+echo
+if head -1 "${tables[0]}.txt" | grep -qi llvmpipe; then
     echo "in all $SECONDS s, on a CPU that plays a GPU"
 elif [ $SECONDS -le $most_seconds ]; then
     echo "in all $SECONDS s, at most $most_seconds s: reached"

@@ -54,6 +54,10 @@ void at_most(const std::string& what, double reach, double got, int digits);
 void at_least(const std::string& what, double reach, double got, int digits);
 /// Two rows of what took so many seconds for all the pairs; `reach` is that of the first.
 void times_faster_than_hard(const std::string& what, double reach, const HardShadows& hard, double seconds);
+/// Two rows of the rays themselves.
+void traversal(const std::string& scene, const HardShadows& hard);
+/// "park, 64 lights, 2.6 M points: ".
+std::string of_points(const std::string& scene, std::size_t lights, std::size_t points);
 
 }  // namespace targets
 
