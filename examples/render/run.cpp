@@ -34,6 +34,7 @@ void add(Run& sum, const RankPart& part) {
         sum.mesh->link_rays += part.mesh.link_rays;
         sum.mesh->long_tests += part.mesh.long_tests;
         sum.mesh->listed_rays += part.mesh.listed_rays;
+        sum.mesh->listed_link_rays += part.mesh.listed_link_rays;
     }
     if (sum.cache) {
         sum.cache->lamp_rays += part.cache.lamp_rays;
@@ -159,7 +160,9 @@ std::string report(const Run& run, const EmbreeScene& scene) {
         table.add_row({"long rays", grouped(run.mesh->long_rays + run.mesh->listed_rays)});
         if (!run.device.empty())
             table.add_row({"  by shaders", grouped(run.mesh->listed_rays)});
-        table.add_row({"link rays", grouped(run.mesh->link_rays)});
+        table.add_row({"link rays", grouped(run.mesh->link_rays + run.mesh->listed_link_rays)});
+        if (run.mesh->listed_link_rays > 0)
+            table.add_row({"  by shaders", grouped(run.mesh->listed_link_rays)});
         table.add_row({"long tests", grouped(run.mesh->long_tests)});
         table.add_row({"light points", grouped(run.mesh->light_points)});
     }

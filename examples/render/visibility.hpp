@@ -139,7 +139,7 @@ template <class Shadows>
 std::uint64_t kept_rays(const Shadows& shadows) {
     std::uint64_t rays = 0;
     if (const auto mesh = shadows.mesh())
-        rays += mesh->long_rays + mesh->link_rays + mesh->listed_rays;
+        rays += mesh->long_rays + mesh->link_rays + mesh->listed_rays + mesh->listed_link_rays;
     if (const auto cache = shadows.cache())
         rays += cache->lamp_rays + cache->drop_rays + cache->link_rays + cache->listed_rays;
     return rays;

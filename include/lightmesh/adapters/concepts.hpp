@@ -28,8 +28,8 @@
 /// * `Occluders`: triangle_count(), triangle(i). In place of long rays: shadow volumes; when a mesh is made,
 /// and at `scene_changed`; on the thread that calls these.
 /// * `LongTestTracer` (fill/long_test_list.hpp), `LinkTracer` (fill/link_list.hpp), `SegmentTracer`
-/// (fill/segment_tracer.hpp) and `ShareFinder` (fill/share_finder.hpp): callables, no adapters. Where the program fills meshes and caches by rays that
-/// are traced very many at once, say on a GPU.
+/// (fill/segment_tracer.hpp) and `ShareFinder` (fill/share_finder.hpp): callables, no adapters. Where the
+/// program fills meshes and caches by rays that are traced very many at once, say on a GPU.
 ///
 /// Members that may be added are found by themselves. One that is there but does not fit is an error at
 /// compile time, with one sentence (see `diagnostics.hpp`); `check_tracer` tests at run time what no compiler
