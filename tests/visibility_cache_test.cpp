@@ -289,6 +289,22 @@ TEST_CASE("visibility cache: shaft rows find each place around a record by one r
     CHECK(cache.statistics().drop_rays <= 17 * cache.statistics().records);
 }
 
+TEST_CASE("visibility cache: records in the air are made only where others serve less than three quarters") {
+    // The columns at x = 0 meet the floor, those at x = 1 meet nothing.
+    std::vector<test::Triangle> scene;
+    test::add_quad(scene, {-10, -10, 0}, {10.6, 0, 0}, {0, 20, 0});
+    const std::vector<Light> lights{lightmesh::PointLight{.position = {0.0f, 0.0f, 3.0f}, .radius = 0.3f}};
+    const auto records_for = [&](float x) {
+        const CacheSettings settings{.spacing = 1.0f, .detail = 0, .origin = glm::vec3(0.0f)};
+        const VisibilityCache cache{HitTracer{&scene}, lights, settings};
+        CHECK(cache.visibility({x, 0.4f, 0.0f}, {0.0f, 0.0f, 1.0f}, 0) == 1.0f);
+        return cache.statistics().records;
+    };
+    CHECK(records_for(0.2f) == 4);
+    CHECK(records_for(0.24f) == 4);
+    CHECK(records_for(0.58f) == 6);
+}
+
 TEST_CASE("visibility cache: no light leaves a closed box") {
     for (const float spacing : {0.2f, 1.0f}) {
         std::vector<test::Triangle> scene = floor_scene();

@@ -644,19 +644,20 @@ private:
         std::int32_t served = 0;
         std::int32_t hidden = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-            if ((walk.seen >> k & 1u) == 0) {
+            if ((walk.seen >> k & 1u) != 0)
+                served += bilinear[k] * fits[k] >> 8;
+            else
                 hidden += (walk.fits.suspect >> k & 1u) != 0 ? bilinear[k] : 0;
+        }
+        const std::int32_t air = air_share(served);
+        for (std::size_t k = 0; k < 4; ++k) {
+            if ((walk.seen >> k & 1u) == 0)
                 continue;
-            }
-            served += bilinear[k] * fits[k] >> 8;
             const std::int64_t weight = bilinear[k] + 1;
-            if (fits[k] == 256) {
-                add_tap(taps, raw, k, 2560 * weight);
-                continue;
-            }
             if (fits[k] > 0)
                 add_tap(taps, raw, k, 10 * weight * fits[k]);
-            add_tap(taps, raw, cells_.add_air(cell, k), 3 * weight * (256 - fits[k]));
+            if (const std::int64_t in_air = 3 * weight * (256 - fits[k]) * air >> 6; in_air != 0)
+                add_tap(taps, raw, cells_.add_air(cell, k), in_air);
         }
         set_weights(taps, raw);
         taps.pad();
@@ -667,6 +668,12 @@ private:
         const std::int32_t missing = is_coarse ? (std::min)(5 * (one_weight - served), one_weight) : covered;
         taps.missing = static_cast<std::uint32_t>(missing);
         return covered;
+    }
+
+    /// The share, of 64, that records in the air have of the weight of such as do not fit: all of it where
+    /// others serve a quarter of the point or less, none where these serve three quarters.
+    static std::int32_t air_share(std::int32_t served) {
+        return std::clamp((3 * one_weight / 4 - served) / (one_weight / 128), 0, 64);
     }
 
     static void add_tap(BlendLevel& taps, std::array<std::int64_t, 8>& raw, std::size_t record,

@@ -1300,12 +1300,14 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         }
         seen = (turn_seen >> (4 * traced)) & 15u;
     }
-    // Where a record does not fit the point, another one in the air, at the point's plane, has its share.
+    // Where a record does not fit the point, another one in the air, at the point's plane, has its share, less where others
+    // serve more than a quarter of it.
     uvec4 is_seen = uvec4(seen & 1u, seen >> 1 & 1u, seen >> 2 & 1u, seen >> 3);
-    uvec4 on_weights = is_seen * 10u * (uvec4(weights) + 1u) * uvec4(fits),
-          air_weights = is_seen * 3u * (uvec4(weights) + 1u) * uvec4(256 - fits);
     ivec4 parts = ivec4(is_seen) * (weights * fits >> 8);
     int served = parts.x + parts.y + parts.z + parts.w;
+    uint in_air_of_64 = uint(clamp((24576 - served) / 256, 0, 64));
+    uvec4 on_weights = is_seen * 10u * (uvec4(weights) + 1u) * uvec4(fits),
+          air_weights = is_seen * 3u * (uvec4(weights) + 1u) * uvec4(256 - fits) * in_air_of_64 >> 6;
     uvec4 air = uvec4(0u), in_air = uvec4(notEqual(air_weights, uvec4(0u)));
     if (in_air != uvec4(0u)) {
         air = lightmesh_cache_find_records(axis, 6u + uint(facing), level) * in_air;
