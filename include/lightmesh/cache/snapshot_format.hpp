@@ -82,7 +82,7 @@ struct RowSource {
 
 struct CacheHeader {
     static constexpr std::array<char, 8> right_magic{'l', 'i', 'g', 'h', 't', 'c', 'c', 'h'};
-    static constexpr std::uint32_t right_version = 7;
+    static constexpr std::uint32_t right_version = 8;
     static constexpr std::uint32_t right_byte_order = SnapshotHeader::right_byte_order;
 
     std::array<char, 8> magic;

@@ -1305,7 +1305,7 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     uvec4 is_seen = uvec4(seen & 1u, seen >> 1 & 1u, seen >> 2 & 1u, seen >> 3);
     ivec4 parts = ivec4(is_seen) * (weights * fits >> 8);
     int served = parts.x + parts.y + parts.z + parts.w;
-    uint in_air_of_64 = uint(clamp((24576 - served) / 256, 0, 64));
+    uint in_air_of_64 = uint(clamp((24576 - served) / 256, 0, 64));  // `air_share` of the library
     uvec4 on_weights = is_seen * 10u * (uvec4(weights) + 1u) * uvec4(fits),
           air_weights = is_seen * 3u * (uvec4(weights) + 1u) * uvec4(256 - fits) * in_air_of_64 >> 6;
     uvec4 air = uvec4(0u), in_air = uvec4(notEqual(air_weights, uvec4(0u)));
