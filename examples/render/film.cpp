@@ -254,7 +254,7 @@ public:
         const auto ranks = static_cast<std::size_t>(ranks_.size());
         const std::size_t most = ranks == 1 ? frames.size() : batch_per_rank * ranks;
         // All ranks make cold frames together, but not on GPUs: there each begins with one of its own.
-        std::size_t size = maker_.is_on_gpu() ? (std::min)(most, ranks) : most;
+        std::size_t size = ranks > 1 && maker_.is_on_gpu() ? (std::min)(most, ranks) : most;
         for (std::size_t first = 0; first < frames.size(); first += std::exchange(size, most)) {
             if (first > 0)
                 maker_.merge_at(schedule_.time(frames[first]));
