@@ -5,18 +5,24 @@
 #include "film_frames.hpp"
 #include "gltf_writer.hpp"
 #include "render/files.hpp"
+#include "render/ranks.hpp"
 #include "render/runs.hpp"
+#include "render/share_out.hpp"
 #include "run_command.hpp"
 #include "temporary_folder.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace ranks_test {
@@ -77,6 +83,24 @@ TEST_CASE("things are shared out in runs of neighbours, each once, whoever asks"
             ++taken[*next];
         CHECK(taken == std::vector<int>(7, 1));
     }
+}
+
+TEST_CASE("work that never looks is told by a thread that it is in vain, and what fails is thrown") {
+    demo::Ranks ranks;
+    std::atomic<bool> is_over = false;
+    demo::WorkWatch watch(ranks, &is_over);
+    bool was_in_vain = true;
+    watch.look_during([&] { was_in_vain = watch.is_in_vain(); });
+    CHECK_FALSE(was_in_vain);
+    CHECK_FALSE(watch.is_in_vain());
+    watch.look_during([&] {
+        is_over = true;
+        const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+        while (!watch.is_in_vain() && std::chrono::steady_clock::now() < end)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    });
+    CHECK(watch.is_in_vain());
+    CHECK_THROWS_AS(watch.look_during([] { throw std::length_error("of work"); }), std::length_error);
 }
 
 TEST_CASE("key frames halve what lies between those before, until there is one for each rank") {

@@ -61,10 +61,10 @@ std::optional<FilmMaker::Made> FilmMaker::frame(double time, WorkWatch& watch, b
     };
     Made made;
     if (gpu_) {
-        // It may be long before it has something to show.
-        GpuFrames::Frame frame = gpu_->render(spent, show, interrupted());
-        watch.look();
-        made = {std::move(frame.linear), std::move(frame.toned)};
+        watch.look_during([&] {
+            GpuFrames::Frame frame = gpu_->render(spent, progress, watch.is_in_vain());
+            made = {std::move(frame.linear), std::move(frame.toned)};
+        });
     } else {
         made.linear = render(embree_, *shadows_, options_, spent, show, &is_in_vain);
     }

@@ -34,20 +34,18 @@ GpuPicture render_parts(Ranks& ranks, GpuRenderer& renderer, const RenderOptions
     const auto work = [&](std::size_t i, WorkWatch& watch) {
         const PixelRange part = part_of(whole.linear, i, ranks);
         RenderStatistics spent;
-        const auto show = [&](double done) {
-            watch.look();
-            bar.show(done);
-        };
-        watch.look();
-        const GpuPicture picture = renderer.render(part, spent, show, &watch.is_in_vain());
-        statistics += spent;
-        whole.seconds_device += picture.seconds_device;
         Bytes bytes;
-        for (const Image* image : {&picture.linear, &picture.toned}) {
-            const auto pixels =
-                std::as_bytes(std::span(image->pixels).subspan(part.first, part.end - part.first));
-            bytes.insert(bytes.end(), pixels.begin(), pixels.end());
-        }
+        watch.look_during([&] {
+            const GpuPicture picture = renderer.render(
+                part, spent, [&](double done) { bar.show(done); }, &watch.is_in_vain());
+            whole.seconds_device += picture.seconds_device;
+            for (const Image* image : {&picture.linear, &picture.toned}) {
+                const auto pixels =
+                    std::as_bytes(std::span(image->pixels).subspan(part.first, part.end - part.first));
+                bytes.insert(bytes.end(), pixels.begin(), pixels.end());
+            }
+        });
+        statistics += spent;
         return bytes;
     };
     const auto take = [&](std::size_t i, int, const Bytes& bytes) {

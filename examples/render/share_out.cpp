@@ -4,6 +4,7 @@
 #include "render/runs.hpp"
 #include "render/terminal.hpp"
 
+#include <condition_variable>
 #include <cstdint>
 #include <cstring>
 #include <exception>
@@ -169,6 +170,41 @@ void WorkWatch::look() {
     looked_ = now;
     if (ranks_.is_stopped())
         is_in_vain_ = true;
+}
+
+void WorkWatch::look_during(const std::function<void()>& work) {
+    look();
+    std::mutex guard;
+    std::condition_variable changed;
+    bool is_done = false;
+    std::exception_ptr failure;
+    std::thread thread([&] {
+        std::unique_lock lock(guard);
+        try {
+            while (!changed.wait_for(lock, 20ms, [&] { return is_done; }))
+                look();
+        } catch (...) {
+            failure = std::current_exception();
+            is_in_vain_ = true;
+        }
+    });
+    const auto end_thread = [&] {
+        {
+            const std::scoped_lock lock(guard);
+            is_done = true;
+        }
+        changed.notify_one();
+        thread.join();
+    };
+    try {
+        work();
+    } catch (...) {
+        end_thread();
+        throw;
+    }
+    end_thread();
+    if (failure)
+        std::rethrow_exception(failure);
 }
 
 void share_out(Ranks& ranks, std::size_t count, const Work& work, const TakeResult& take) {

@@ -19,6 +19,10 @@ public:
 
     /// To be called now and then, by one thread at a time.
     void look();
+    /// Does work while another thread looks, again and again: for work that is long between two chances to
+    /// look, and may be told by `is_in_vain` at any moment. Work must not look itself. Throws what work and
+    /// looking throw.
+    void look_during(const std::function<void()>& work);
     /// Set by `look`: what is worked on need not be finished.
     const std::atomic<bool>& is_in_vain() const { return is_in_vain_; }
 
