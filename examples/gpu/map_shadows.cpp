@@ -92,7 +92,7 @@ MakeMap make_maps(const EmbreeScene& scene, const VisibilityOptions& options) {
 }  // namespace
 
 struct MapShadows::Parts {
-    /// A light's map on the device.
+    /// A light's map on the device. Kernels of all lights are one program, which the device keeps.
     struct OnDevice {
         std::unique_ptr<LightMap> map;
         MapWords words;
@@ -100,43 +100,46 @@ struct MapShadows::Parts {
         ComputeKernel kernel;
     };
 
-    Parts(const ComputeDevice& on, const EmbreeScene& model, const VisibilityOptions& with, std::size_t count,
+    /// The maps of all lights, of the triangles as they were when it was made.
+    struct Maps {
+        Maps(const Parts& parts, const EmbreeScene& scene)
+            : answers(parts.device, parts.pixels * scene.scene().lights.size() * sizeof(float)),
+              needed(parts.device, scene.scene().lights.size() * sizeof(std::uint32_t)),
+              make(make_maps(scene, parts.options)) {
+            for (std::size_t light = 0; light < scene.scene().lights.size(); ++light)
+                lights.push_back(made(parts, light));
+        }
+
+        OnDevice made(const Parts& parts, std::size_t light) const {
+            std::unique_ptr<LightMap> map = make(light);
+            const MapWords words = words_of(map->views(), light);
+            ComputeBuffer header(parts.device, std::as_bytes(std::span(&words, 1)));
+            std::vector<ComputeBinding> bindings = parts.bindings_of_pixels;
+            std::uint32_t binding = 0;
+            for (const ComputeBuffer& buffer : {header, answers, needed})
+                bindings.push_back({set, binding++, buffer});
+            const ComputeBuffer nothing(parts.device, std::size_t{16});
+            for (std::size_t view = 0; view < most_views; ++view)
+                bindings.push_back({set, binding++, nothing});
+            return {std::move(map), words, header,
+                    ComputeKernel(parts.device, map_shadows_words, bindings, bytes_of_batch)};
+        }
+
+        ComputeBuffer answers, needed;
+        MakeMap make;
+        std::vector<OnDevice> lights;
+    };
+
+    Parts(const ComputeDevice& on, const EmbreeScene& scene, const VisibilityOptions& with, std::size_t count,
           const std::vector<ComputeBinding>& of_pixels)
         : device(on), options(with), pixels(count), bindings_of_pixels(of_pixels), rows(rows_of(on, count)),
-          answers(on, std::size_t{16}), needed(on, std::size_t{16}) {
-        make_all(model);
-    }
+          maps(*this, scene) {}
 
     /// Each pixel has its own.
     static ComputeBuffer rows_of(const ComputeDevice& device, std::size_t count) {
         std::vector<std::uint32_t> rows(count);
         std::iota(rows.begin(), rows.end(), 1u);
         return {device, std::as_bytes(std::span(rows))};
-    }
-
-    void make_all(const EmbreeScene& scene) {
-        lights.clear();
-        make = make_maps(scene, options);
-        const std::size_t count = scene.scene().lights.size();
-        answers = ComputeBuffer(device, pixels * count * sizeof(float));
-        needed = ComputeBuffer(device, count * sizeof(std::uint32_t));
-        for (std::size_t light = 0; light < count; ++light)
-            lights.push_back(made(light));
-    }
-
-    OnDevice made(std::size_t light) const {
-        std::unique_ptr<LightMap> map = make(light);
-        const MapWords words = words_of(map->views(), light);
-        ComputeBuffer header(device, std::as_bytes(std::span(&words, 1)));
-        std::vector<ComputeBinding> bindings = bindings_of_pixels;
-        std::uint32_t binding = 0;
-        for (const ComputeBuffer& buffer : {header, answers, needed})
-            bindings.push_back({set, binding++, buffer});
-        const ComputeBuffer nothing(device, std::size_t{16});
-        for (std::size_t view = 0; view < most_views; ++view)
-            bindings.push_back({set, binding++, nothing});
-        return {std::move(map), words, header,
-                ComputeKernel(device, map_shadows_words, bindings, bytes_of_batch)};
     }
 
     /// Renders pictures, a bit for each view, and copies them to the device.
@@ -155,9 +158,8 @@ struct MapShadows::Parts {
     VisibilityOptions options;
     std::size_t pixels;
     std::vector<ComputeBinding> bindings_of_pixels;
-    ComputeBuffer rows, answers, needed;
-    MakeMap make;
-    std::vector<OnDevice> lights;
+    ComputeBuffer rows;
+    Maps maps;
 };
 
 MapShadows::MapShadows(const ComputeDevice& device, const EmbreeScene& scene,
@@ -168,42 +170,49 @@ MapShadows::MapShadows(const ComputeDevice& device, const EmbreeScene& scene,
 MapShadows::~MapShadows() = default;
 
 void MapShadows::update(const EmbreeScene& scene, const SceneChange& change) {
-    if (change.changes_triangles() || scene.scene().lights.size() != parts_->lights.size()) {
-        parts_->make_all(scene);
+    Parts::Maps& maps = parts_->maps;
+    if (change.changes_triangles() || scene.scene().lights.size() != maps.lights.size()) {
+        maps = Parts::Maps(*parts_, scene);
         return;
     }
+    std::vector<Parts::OnDevice> changed;
     for (const std::size_t light : change.lights)
-        parts_->lights[light] = parts_->made(light);
+        changed.push_back(maps.made(*parts_, light));
+    for (std::size_t i = 0; i < changed.size(); ++i)
+        maps.lights[change.lights[i]] = std::move(changed[i]);
 }
 
 double MapShadows::find(std::span<const std::byte> batch, std::uint32_t groups,
                         const std::atomic<bool>* cancel) {
-    Parts& parts = *parts_;
-    std::vector<std::size_t> asked(parts.lights.size());
+    const ComputeDevice& device = parts_->device;
+    Parts::Maps& maps = parts_->maps;
+    std::vector<std::size_t> asked(maps.lights.size());
     std::iota(asked.begin(), asked.end(), std::size_t{0});
     double seconds = 0.0;
     while (!asked.empty()) {
         check_cancelled(cancel);
-        seconds += parts.device.run([&](const ComputeCommands& commands) {
-            commands.fill(parts.needed, 0, parts.needed.size(), 0);
+        seconds += device.run([&](const ComputeCommands& commands) {
+            commands.fill(maps.needed, 0, maps.needed.size(), 0);
             for (const std::size_t light : asked)
-                commands.dispatch(parts.lights[light].kernel, groups, 1, 1, batch);
+                commands.dispatch(maps.lights[light].kernel, groups, 1, 1, batch);
         });
-        const auto needed = parts.needed.read_all<std::uint32_t>();
+        const auto needed = maps.needed.read_all<std::uint32_t>();
         std::erase_if(asked, [&](std::size_t light) { return needed[light] == 0; });
-        for (const std::size_t light : asked)
-            Parts::load(parts.device, parts.lights[light], needed[light]);
+        for (const std::size_t light : asked) {
+            check_cancelled(cancel);
+            Parts::load(device, maps.lights[light], needed[light]);
+        }
     }
     return seconds;
 }
 
 std::vector<ComputeBinding> MapShadows::bindings() const {
-    return {{set, 0, parts_->rows}, {set, 1, parts_->answers}};
+    return {{set, 0, parts_->rows}, {set, 1, parts_->maps.answers}};
 }
 
 std::size_t MapShadows::bytes() const {
     std::size_t sum = 0;
-    for (const Parts::OnDevice& light : parts_->lights)
+    for (const Parts::OnDevice& light : parts_->maps.lights)
         sum += light.map->bytes();
     return sum;
 }

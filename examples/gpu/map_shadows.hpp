@@ -29,7 +29,8 @@ public:
     MapShadows& operator=(const MapShadows&) = delete;
     ~MapShadows();
 
-    /// After the scene has changed, not into another one, and `scene` was updated.
+    /// After the scene has changed, not into another one, and `scene` was updated. Throws as `find`, and then
+    /// has the maps of before.
     void update(const EmbreeScene& scene, const SceneChange& change);
 
     /// Finds what the points of a batch see; `batch` are its push constants. Returns the seconds that the
