@@ -102,6 +102,13 @@ struct CacheShadows::Parts {
     /// Returns how many bytes were written.
     std::size_t upload() { return uploaded.update(snapshot()); }
 
+    /// Before shaders see the cache.
+    void upload_changes() {
+        if (has_changed)
+            upload();
+        has_changed = false;
+    }
+
     /// False if nothing was found that shaders did not know.
     bool fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
         find(points, cancel);
@@ -125,6 +132,7 @@ struct CacheShadows::Parts {
     HostCache cache;
     UploadedCache uploaded;
     bool has_budget;
+    bool has_changed = false;  ///< between pictures, since the last upload
     HostRows rows;
     std::vector<std::byte> no_requests;
     ComputeBuffer requests;
@@ -141,15 +149,15 @@ CacheShadows::~CacheShadows() = default;
 void CacheShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     if (!change.changes_shadows())
         return;
+    parts_->has_changed = true;
     std::visit([&](auto& host) { host.update(scene, change); }, parts_->cache);
-    parts_->upload();
 }
 
 void CacheShadows::begin_frame() {
     if (!parts_->has_budget)
         return;
+    parts_->has_changed = true;
     std::visit([](auto& host) { host.begin_frame(); }, parts_->cache);
-    parts_->upload();
 }
 
 bool CacheShadows::has_budget() const {
@@ -162,8 +170,8 @@ void CacheShadows::note_use(std::span<const lightmesh::SurfacePoint> points,
 }
 
 void CacheShadows::merge(std::span<const std::byte> known) {
+    parts_->has_changed = true;
     std::visit([&](auto& host) { host.merge(known); }, parts_->cache);
-    parts_->upload();
 }
 
 std::vector<ComputeBinding> CacheShadows::bindings() const {
@@ -180,6 +188,7 @@ void CacheShadows::begin_round() {
 }
 
 void CacheShadows::bind(const ComputeKernel& kernel) const {
+    parts_->upload_changes();
     for (const ComputeBinding& binding : bindings())
         kernel.bind(binding);
     parts_->requests.write(0, parts_->no_requests);

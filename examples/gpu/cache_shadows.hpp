@@ -49,13 +49,14 @@ public:
     /// Tells the host of points at which shaders have what they take. Throws as `fill`.
     void note_use(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel);
     /// Adds what another one's `snapshot` knows, of the scene as it is here and was there. Throws what the
-    /// library's `merge` and `compute.hpp` throw.
+    /// library's `merge` throws.
     void merge(std::span<const std::byte> known);
 
     std::vector<ComputeBinding> bindings() const;
     /// Forgets the host's answers: the pixels have other points now.
     void begin_round();
-    /// Lets a kernel see the cache as it is, and empties the request buffer.
+    /// Uploads what has changed between pictures, lets a kernel see the cache as it is, and empties the
+    /// request buffer.
     void bind(const ComputeKernel& kernel) const;
     /// Finds what shaders have asked for, and uploads it. False if nothing was asked. Throws `Cancelled`, and
     /// what `compute.hpp` throws; the cache then keeps what it had.

@@ -122,9 +122,17 @@ struct MeshShadows::Parts {
         uploaded.update(snapshot());
     }
 
+    /// Before shaders see the mesh.
+    void upload_changes() {
+        if (has_changed)
+            uploaded.update(snapshot());
+        has_changed = false;
+    }
+
     HostMesh mesh;
     UploadedMesh uploaded;
     bool has_budget;
+    bool has_changed = false;  ///< between pictures, since the last upload
     std::vector<std::byte> no_requests;
     ComputeBuffer requests;
     std::vector<std::array<float, 7>> asked_before;  ///< positions, normals and footprints, sorted
@@ -140,15 +148,15 @@ void MeshShadows::update(const EmbreeScene& scene, const SceneChange& change) {
     parts_->asked_before.clear();
     if (!change.changes_shadows())
         return;
+    parts_->has_changed = true;
     std::visit([&](auto& host) { host.update(scene, change); }, parts_->mesh);
-    parts_->uploaded.update(parts_->snapshot());
 }
 
 void MeshShadows::begin_frame() {
     if (!parts_->has_budget)
         return;
+    parts_->has_changed = true;
     std::visit([](auto& host) { host.begin_frame(); }, parts_->mesh);
-    parts_->uploaded.update(parts_->snapshot());
 }
 
 bool MeshShadows::has_budget() const {
@@ -160,8 +168,8 @@ void MeshShadows::note_use(std::span<const lightmesh::SurfacePoint> points, cons
 }
 
 void MeshShadows::merge(std::span<const std::byte> known) {
+    parts_->has_changed = true;
     std::visit([&](auto& host) { host.merge(known); }, parts_->mesh);
-    parts_->uploaded.update(parts_->snapshot());
 }
 
 std::vector<ComputeBinding> MeshShadows::bindings() const {
@@ -172,6 +180,7 @@ std::vector<ComputeBinding> MeshShadows::bindings() const {
 }
 
 void MeshShadows::bind(const ComputeKernel& kernel) const {
+    parts_->upload_changes();
     for (const ComputeBinding& binding : bindings())
         kernel.bind(binding);
     parts_->requests.write(0, parts_->no_requests);

@@ -146,7 +146,8 @@ std::string report(const Run& run, const EmbreeScene& scene) {
                        fixed(spent.visibility.seconds, 3)});
         table.add_row({"  of all threads: shading", fixed(spent.seconds_shading, 3)});
     } else {
-        table.add_row({"  in shaders", fixed(run.seconds_device, 3)});
+        table.add_row(
+            {run.ranks > 1 ? "  in shaders of rank 0" : "  in shaders", fixed(run.seconds_device, 3)});
     }
     table.add_rule();
     table.add_row({"primary rays", grouped(spent.primary_rays)});
