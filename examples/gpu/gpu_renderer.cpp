@@ -82,7 +82,8 @@ constexpr std::uint32_t most_attempts = 64;
 constexpr int enough_turns = 16;
 
 /// One in so many points tells the host what shaders use of a light mesh or a cache with a memory budget: a
-/// brick, or a record, is seen from many.
+/// brick, or a record, is seen from many. They are the same pixels in each frame: what only others see is
+/// forgotten, and found again. Each round all paths and points are read for it, 80 bytes a pixel.
 constexpr std::uint32_t pixels_of_use = 7;
 
 void refuse(bool is_wanted, const char* what) {

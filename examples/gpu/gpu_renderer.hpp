@@ -59,7 +59,8 @@ public:
     void update(const EmbreeScene& scene, const SceneChange& change);
 
     /// A new frame begins, after `update`: what is over the memory budgets of the options and has gone unused
-    /// the longest, as one in some points tells, is forgotten. Pictures do not depend on it. Throws what
+    /// the longest, as one in some points tells, is forgotten. Pictures do not depend on it, but for the
+    /// roundings of the host, which answers where a cache that is full keeps nothing. Throws what
     /// `compute.hpp` throws.
     void begin_frame();
 
@@ -81,8 +82,8 @@ public:
 
     /// All that the light mesh or the cache knows; nothing where there is none.
     std::vector<std::byte> snapshot() const;
-    /// Adds what another one's `snapshot` knows, of the scene as it is here and was there. Throws what the
-    /// library's `merge` throws, and `compute.hpp`.
+    /// Adds what another one's `snapshot` knows, of the scene as it is here and was there; the device
+    /// gets it before the next picture. Throws what the library's `merge` throws.
     void merge(std::span<const std::byte> known);
 
     /// Of the mesh, the cache, or maps and volumes, on the host.
