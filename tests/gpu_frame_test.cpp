@@ -827,13 +827,18 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
     REQUIRE_MESSAGE(by_maps.status == 0, by_maps.errors);
     CHECK(by_maps.output.find("memory of maps and volumes") != std::string::npos);
 
-    for (const std::string on : {"cpu", "gpu"})
-        REQUIRE(test::run(folder, LIGHTMESH_RENDER
-                                      " picture rooms --width 24 --height 18 -a cache --no-shaft-rows --on " +
-                                      on + " -o " + file((on + ".png").c_str()))
-                    .status == 0);
-    CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
-                                      demo::read_png(folder / "cpu.png")) <= 0.001);
+    for (const std::string how : {"--no-shaft-rows", "--exact-edges"}) {
+        CAPTURE(how);
+        for (const std::string on : {"cpu", "gpu"}) {
+            const test::Finished made =
+                test::run(folder, LIGHTMESH_RENDER " picture rooms --width 24 --height 18 -a cache " + how +
+                                      " --on " + on + " -o " + file((on + ".png").c_str()));
+            REQUIRE_MESSAGE(made.status == 0, made.errors);
+            CHECK((made.output.find("edges") != std::string::npos) == (how == "--exact-edges"));
+        }
+        CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
+                                          demo::read_png(folder / "cpu.png")) <= 0.001);
+    }
 
     const auto check_refused = [&](const std::string& arguments, const std::string& part) {
         const test::Finished ran = render("--on gpu -o " + file("none.png") + " " + arguments);

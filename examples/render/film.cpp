@@ -169,6 +169,7 @@ FilmTraits traits_of(const FilmOptions& options, const VisibilityOptions& visibi
             {"detail", std::to_string(cache.detail)},
             {"lamp rays", std::to_string(cache.lamp_rays)},
             {"shaft rows", cache.shaft_rows ? "yes" : "no"},
+            {"exact edges", cache.exact_edges ? "yes" : "no"},
             {"light size", visibility.light_size > 0.0f ? number_of(visibility.light_size) : "the scene's"},
             {"area samples", std::to_string(visibility.area_samples)},
             {"map size", std::to_string(visibility.settings.shadow_map_size)},

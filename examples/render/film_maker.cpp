@@ -119,6 +119,8 @@ std::string FilmMaker::report(bool is_whole) {
     table.add_row({"spacing g", number(cache_settings_of(visibility_).spacing)});
     if (!visibility_.cache.shaft_rows)
         table.add_row({"shaft rows", "none"});
+    if (visibility_.cache.exact_edges)
+        table.add_row({"edges", "exact"});
     table.add_row({"lamp radius", lamp_size_text(lamps_of(embree_, visibility_))});
     if (gpu_)
         table.add_row({"device", gpu_->device()});

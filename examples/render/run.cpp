@@ -82,6 +82,7 @@ Run run_begun(const std::string& algorithm, const EmbreeScene& scene, const Visi
     begun.settings = visibility.settings;
     begun.spacing = cache_settings_of(visibility).spacing;
     begun.shaft_rows = cache_settings_of(visibility).shaft_rows;
+    begun.exact_edges = cache_settings_of(visibility).exact_edges;
     begun.lamp_sizes = lamp_size_text(lamps_of(scene, visibility));
     return begun;
 }
@@ -130,6 +131,8 @@ std::string report(const Run& run, const EmbreeScene& scene) {
     table.add_row({"spacing g", number(run.spacing)});
     if (!run.shaft_rows)
         table.add_row({"shaft rows", "none"});
+    if (run.exact_edges)
+        table.add_row({"edges", "exact"});
     table.add_row({"lamp radius", run.lamp_sizes});
     if (!run.device.empty())
         table.add_row({"device", run.device});

@@ -21,9 +21,10 @@ namespace demo {
 struct Run {
     std::string algorithm;
     lightmesh::Settings settings;
-    float spacing = 0.0f;    ///< g, of a visibility cache
-    bool shaft_rows = true;  ///< of a visibility cache
-    std::string lamp_sizes;  ///< of algorithms that know sizes, for people
+    float spacing = 0.0f;      ///< g, of a visibility cache
+    bool shaft_rows = true;    ///< of a visibility cache
+    bool exact_edges = false;  ///< of a visibility cache
+    std::string lamp_sizes;    ///< of algorithms that know sizes, for people
     Image image;
     Image toned;                  ///< by `RenderOptions::tone`, of `run_on_gpu`; else empty
     std::string device;           ///< of `run_on_gpu`; else empty

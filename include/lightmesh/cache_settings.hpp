@@ -22,8 +22,8 @@ struct CacheSettings {
     /// quarter, but not below 16. Records with `shaft_rows` begin with 16 others instead, or with about a
     /// quarter of these if that is more. Records in the air, which stand in for such as do not fit, take no
     /// more than the rim and two, and finer ones eight or an eighth. Where something thin covers a point, or
-    /// no record serves it, rays from the point itself are as many as those of the finest records. A lamp of
-    /// size 0 takes one; below 16 there is no rim.
+    /// no record serves it, rays from the point itself are eight, and as many as those of the finest records
+    /// if they disagree. A lamp of size 0 takes one; below 16 there is no rim.
     int lamp_rays = 64;
     /// One point of all lattices, in world units, of magnitude up to 1e18. NaN, the default, stands for an
     /// uneven fraction of the step of each level, so that walls at round coordinates do not lie on lattice
@@ -33,8 +33,9 @@ struct CacheSettings {
     /// time, until `VisibilityCache::begin_frame` forgets what has gone unused. It may be passed by what is
     /// reserved at once, about a megabyte.
     std::size_t memory_budget = (std::numeric_limits<std::size_t>::max)();
-    /// True if rays from the point itself decide where the finest records still disagree: sharp edges for
-    /// small lamps, at up to `lamp_rays` rays for each point and light on such an edge, always.
+    /// True if rays from the point itself decide where the finest records that its footprint allows still
+    /// disagree: sharp edges for small lamps and in small pictures, at up to `lamp_rays` rays for each point
+    /// and light on such an edge, always.
     bool exact_edges = false;
     /// True if records of steps g, g / 2 and g / 4 have shaft rows, which look at what stands around them:
     /// from 16 places over a square of a step, one of them their own, one ray each to as many parts of a

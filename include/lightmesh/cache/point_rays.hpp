@@ -49,12 +49,13 @@ public:
                   values);
     }
 
-    /// The same in place of records that do not serve the point: by as many rays as records of the finest
-    /// levels take.
+    /// The same in place of records that do not serve the point: by eight rays, and where those disagree by
+    /// as many as records of the finest levels take.
     void stand_in(const glm::vec3& point, const glm::vec3& unit_normal, std::size_t tile,
                   std::uint64_t wanted, TileValues& values) {
-        find_from(off_surface(point, unit_normal, step_), unit_normal, point, tile, wanted,
-                  RayPlan::full(most_rays(lamp_rays_, 2)), values);
+        const std::size_t most = most_rays(lamp_rays_, 2);
+        const RayPlan plan{.has_rim = false, .first = (std::min)(most, std::size_t{8}), .most = most};
+        find_from(off_surface(point, unit_normal, step_), unit_normal, point, tile, wanted, plan, values);
     }
 
     /// The same for a point of a smooth surface that coarse facets stand for: rays start on that surface, as
