@@ -184,7 +184,7 @@ void add_scene_options(CLI::App& command, CommonOptions& options) {
         "of 'cache': records do not look around themselves, and miss contact shadows of thin things");
     command.add_flag("--exact-edges", cache.exact_edges,
                      "of 'cache': rays from points decide where the finest records of a view disagree; for "
-                     "small stills, at about ten times the rays of a filled cache");
+                     "small stills, at ten times the rays of a filled cache or more");
     command.add_option("--short-test", options.short_test, "of lmm: does a surface point see a light point?")
         ->check(CLI::IsMember({"exact", "linked", "none"}))
         ->capture_default_str();

@@ -510,6 +510,12 @@ private:
         std::array<glm::vec3, RowLook::most_places> starts;
         std::array<Segment, RowLook::most_places> segments;
         std::array<std::uint8_t, RowLook::most_places> hit{};
+        // Of the place's ray; the record's own place has none, nor has one on a slope too steep to follow.
+        constexpr std::size_t no_ray = RowLook::most_places;
+        std::array<std::size_t, RowLook::most_places> ray;
+        ray.fill(no_ray);
+        const bool has_room = fall > slack;
+        std::size_t rays = 0;
         std::size_t count = 0;
         std::size_t own_place = 0;
         for (std::size_t part = 0; part < RowLook::most_places; ++part) {
@@ -522,15 +528,17 @@ private:
             start = lattice_point;
             start[facing.u()] += static_cast<float>(aside.x);
             start[facing.v()] += static_cast<float>(aside.y);
-            start[facing.axis] += slope_rise(column.normal, facing, aside.x, aside.y, look.origin.step);
-            segments[count++] = {lattice_point, start - (fall - slack) * facing.up()};
+            const float rise = slope_rise(column.normal, facing, aside.x, aside.y, look.origin.step);
+            start[facing.axis] += rise;
+            if (has_room && part != own_part && std::abs(rise) < step) {
+                ray[count] = rays;
+                segments[rays++] = {lattice_point, start - (fall - slack) * facing.up()};
+            }
+            ++count;
         }
-        const bool has_room = fall > slack;
-        if (has_room) {
-            trace(tracer_, std::span<const Segment>(segments).first(count),
-                  std::span<std::uint8_t>(hit).first(count));
-            drop_rays_.fetch_add(count, std::memory_order_relaxed);
-        }
+        trace(tracer_, std::span<const Segment>(segments).first(rays),
+              std::span<std::uint8_t>(hit).first(rays));
+        drop_rays_.fetch_add(rays, std::memory_order_relaxed);
         look.around = RowLook::Around::first;
         // A quarter of the rays that a lamp may take, but 16 at least.
         look.rays_of_place =
@@ -541,7 +549,7 @@ private:
                 look.add_place(i, look.origin);
                 continue;
             }
-            const auto landing = has_room && hit[i] == 0
+            const auto landing = ray[i] != no_ray && hit[ray[i]] == 0
                                      ? std::optional<Landing>({fall - slack, column.normal})
                                      : land(starts[i], facing, key.level(), 4.0f);
             if (!landing)
