@@ -13,14 +13,14 @@ constexpr std::uint32_t link_test_words[] = {
 };
 
 /// Of a dispatch, as for long tests; of a word there are up to 192 rays, and short ones.
-std::size_t words_at_once(const ComputeDevice& device) {
+std::size_t link_words_at_once(const ComputeDevice& device) {
     return device.is_cpu() ? std::size_t{1} << 11 : std::size_t{1} << 16;
 }
 
 }  // namespace
 
 LinkTests::LinkTests(const ComputeDevice& device, const GpuScene& scene)
-    : words_(device, scene, link_test_words, words_at_once(device)) {}
+    : words_(device, scene, link_test_words, link_words_at_once(device)) {}
 
 void LinkTests::operator()(std::span<const lightmesh::LinkWord> words, std::span<lightmesh::OpenLinks> open,
                            const std::atomic<bool>* cancel) {

@@ -25,6 +25,8 @@ constexpr std::size_t most_views = 7;
 /// Of `lightmesh::ShadowMapSettings`.
 constexpr float bias = lightmesh::ShadowMapSettings{}.bias;
 
+}  // namespace
+
 /// As map_shadows.comp has it.
 struct MapWords {
     struct View {
@@ -38,6 +40,8 @@ struct MapWords {
     std::array<float, 3> unused;
     std::array<View, most_views> views;
 };
+
+namespace {
 
 MapWords words_of(std::span<const lightmesh::DepthView> views, std::size_t light) {
     MapWords words{};
@@ -55,6 +59,8 @@ MapWords words_of(std::span<const lightmesh::DepthView> views, std::size_t light
     }
     return words;
 }
+
+}  // namespace
 
 /// A shadow map by some renderer.
 class LightMap {
@@ -78,6 +84,8 @@ private:
 };
 
 using MakeMap = std::function<std::unique_ptr<LightMap>(std::size_t light)>;
+
+namespace {
 
 /// Of the triangles as they are.
 MakeMap make_maps(const EmbreeScene& scene, const VisibilityOptions& options) {
