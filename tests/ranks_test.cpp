@@ -53,7 +53,7 @@ std::string with_pid(const TemporaryFolder& folder, const std::string& arguments
 
 /// Runs a film by two ranks and sends a signal to the second one when two frames are there.
 Finished stopped_by(const TemporaryFolder& folder, const std::string& signal, const std::string& film) {
-    return test::run(folder, mpirun + "-n 2 " + with_pid(folder, film) +
+    return test::run(folder, mpirun_that_tells + "-n 2 " + with_pid(folder, film) +
                                  " & p=$!; while kill -0 $p && [ ! -s " + frame(folder, "film", 2) +
                                  " ]; do sleep 0.01; done; kill -" + signal + " $(cat " +
                                  (folder / "pid-1").string() + "); wait $p");
