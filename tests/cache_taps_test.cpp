@@ -58,10 +58,11 @@ TEST_CASE("records fit a point by their distance from its plane and by their nor
             const double before = p.x * away.x + p.y * away.y + p.z * away.z;
             const double behind = m.x * away.x + m.y * away.y + m.z * away.z;
             const double cosine = p.x * m.x + p.y * m.y + p.z * m.z;
-            const std::int32_t share = parts_of_256((0.45 * step - std::abs(before)) * (5.0 / step)) *
-                                           parts_of_256((cosine - 0.65) * 10.0) >>
-                                       8;
+            const std::int32_t alike = parts_of_256((cosine - 0.65) * 10.0);
+            const std::int32_t share =
+                parts_of_256((0.45 * step - std::abs(before)) * (5.0 / step)) * alike >> 8;
             CHECK(fits.shares[k] == share);
+            CHECK(fits.alike[k] == alike);
             const double largest = std::max({std::abs(point.x), std::abs(point.y), std::abs(point.z)});
             const double least = 0.003 * step + largest * 0x1p-21;
             const bool is_suspect = before > least && behind > least;

@@ -629,7 +629,8 @@ private:
     }
 
     /// The records that serve a point. Returns how far it may be covered, of one_weight, by something thin
-    /// that records lie on which it does not see.
+    /// that records lie on which it does not see. What looks another way does not count, such as leaves: in
+    /// foliage they are nearly everywhere, and rays past them tell little more than records do.
     std::int32_t make_taps(const Walk& walk, int level, BlendLevel& taps) {
         CacheCell& cell = *walk.cell;
         const std::array<std::int32_t, 4> bilinear = walk.stencil.weights();
@@ -647,7 +648,7 @@ private:
             if ((walk.seen >> k & 1u) != 0)
                 served += bilinear[k] * fits[k] >> 8;
             else
-                hidden += (walk.fits.suspect >> k & 1u) != 0 ? bilinear[k] : 0;
+                hidden += (walk.fits.suspect >> k & 1u) != 0 ? bilinear[k] * walk.fits.alike[k] >> 8 : 0;
         }
         const std::int32_t air = air_share(served);
         for (std::size_t k = 0; k < 4; ++k) {

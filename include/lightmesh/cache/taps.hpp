@@ -182,6 +182,7 @@ struct CellSurface {
 /// clearly nothing of what the record lies on. One bit for each.
 struct Fits {
     std::array<std::int32_t, 4> shares;
+    std::array<std::int32_t, 4> alike;  ///< by normals alone
     std::uint32_t suspect;
     std::uint32_t clear;
 
@@ -226,10 +227,10 @@ inline Fits fits_of(const CellSurface& surface, const glm::vec3& point, const gl
         const Doubles least = value < 0.0 ? Doubles{} : value;
         parts = __builtin_convertvector(256.0 * (least > 1.0 ? Doubles{} + 1.0 : least), Integers);
     };
-    Integers near_plane, similar;
+    Integers near_plane, alike;
     parts_of_256((rounded(0.45 * step) - distance) * (5.0 / step), near_plane);
-    parts_of_256((cosine - 0.65) * 10.0, similar);
-    const Integers shares = near_plane * similar >> 8;
+    parts_of_256((cosine - 0.65) * 10.0, alike);
+    const Integers shares = near_plane * alike >> 8;
     // Of two places on one surface either both lie before the other's plane, in a hollow, or neither. The
     // floor under a sheet is behind the sheet, and the sheet before the floor.
     const double least = rounded(0.003 * step) + static_cast<double>(largest_component(point)) * 0x1p-21;
@@ -239,6 +240,7 @@ inline Fits fits_of(const CellSurface& surface, const glm::vec3& point, const gl
         (before < -least) | (behind < -least) | ((m_x == 0.0) & (m_y == 0.0) & (m_z == 0.0));
     Fits fits;
     std::memcpy(fits.shares.data(), &shares, sizeof shares);
+    std::memcpy(fits.alike.data(), &alike, sizeof alike);
     fits.suspect = 0;
     fits.clear = 0;
     for (std::size_t k = 0; k < 4; ++k) {

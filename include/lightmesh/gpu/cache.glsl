@@ -1059,8 +1059,8 @@ void lightmesh_cache_find_links(uvec4 kept, ivec4 ends, int axis, int level) {
     lightmesh_cache_cell.links = links;
 }
 
-// The fit of a record to a point, 0 to 256, and in the bits above whether something may lie between them, and whether
-// clearly nothing does. In doubles.
+// The fit of a record to a point, 0 to 256, and in the bits above whether something may lie between them, whether clearly
+// nothing does, and from bit 12 on how alike their normals are, 0 to 256. In doubles.
 uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint at, int level) {
     // Before the point's plane, before the record's, and the cosine between.
     uvec2 before = uvec2(0u), before_record = uvec2(0u), cosine = uvec2(0u);
@@ -1074,7 +1074,7 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
         else
             cosine = product;
     }
-    int share = 256;
+    int share = 256, alike = 0;
     for (int i = 1; i < lightmesh_cache_three(); ++i) {
         uvec2 from = i == 1 ? lightmesh_cache_level_near(level) : cosine;
         uvec2 less = i == 1 ? lightmesh_double_abs(before) : uvec2(0xcccccccdu, 0x3fe4ccccu);  // .65
@@ -1086,6 +1086,7 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
                           ? lightmesh_double_floor(lightmesh_double_scale(part, 8))
                           : 256;
         share = share * of_part >> 8;
+        alike = of_part;
     }
     uvec2 least = lightmesh_double_add(
         lightmesh_cache_level_least(level),
@@ -1093,7 +1094,7 @@ uint lightmesh_cache_fit_exactly(vec3 offset, vec3 normal, LightMeshCachePoint a
     bool is_suspect = lightmesh_double_less(least, before) && lightmesh_double_less(least, before_record);
     least = lightmesh_double_negate(least);
     bool is_clear = lightmesh_double_less(before, least) || lightmesh_double_less(before_record, least);
-    return uint(share) | (is_suspect ? 512u : 0u) | (is_clear ? 1024u : 0u);
+    return uint(share) | (is_suspect ? 512u : 0u) | (is_clear ? 1024u : 0u) | uint(alike) << 12;
 }
 
 // The same of four records by floats, and 2048 more where those can't tell. `limits`: how near records fit, how fast
@@ -1112,8 +1113,8 @@ uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normal
           most = ivec4(256.0 * clamp(height + unsure, 0.0, 1.0)),
           least_slope = ivec4(256.0 * clamp(slope - unsure_slope, 0.0, 1.0)),
           most_slope = ivec4(256.0 * clamp(slope + unsure_slope, 0.0, 1.0));
-    uvec4 is_sure = (uvec4(equal(least, most)) & uvec4(equal(least_slope, most_slope))) |
-                    uvec4(equal(min(most, most_slope), ivec4(0)));
+    uvec4 is_sure = uvec4(equal(least_slope, most_slope)) &
+                    (uvec4(equal(least, most)) | uvec4(equal(most_slope, ivec4(0))));
     vec4 over = before - limits.z, record_over = before_record - limits.z;
     vec4 under = before + limits.z, record_under = before_record + limits.z;
     slack += 3e-7 * limits.z;
@@ -1123,7 +1124,8 @@ uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normal
           is_clear = uvec4(lessThan(under, -slack)) | uvec4(lessThan(record_under, -record_slack)),
           is_surely_unclear = uvec4(greaterThan(under, slack)) & uvec4(greaterThan(record_under, record_slack));
     is_sure &= (is_suspect | is_surely_not) & (is_clear | is_surely_unclear);
-    return uvec4(most * most_slope >> 8) | is_suspect << 9 | is_clear << 10 | (1u - is_sure) << 11;
+    return uvec4(most * most_slope >> 8) | is_suspect << 9 | is_clear << 10 | (1u - is_sure) << 11 |
+           uvec4(most_slope) << 12;
 }
 
 // Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
@@ -1259,7 +1261,7 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
                            lightmesh_cache_largest(at.position) * uintBitsToFloat(0x35000000u));  // 2^-21
     LightMeshCacheFour offsets = lightmesh_cache_differences(positions, lightmesh_cache_four(at.position));
     uvec4 found = lightmesh_cache_fits(offsets, normals, at.normal, limits) * is_on_surface;
-    ivec4 fits = ivec4(found & 511u);
+    ivec4 fits = ivec4(found & 511u), alike = ivec4(found >> 12);
     uint suspect = lightmesh_cache_bits(found >> 9),
          is_clear = lightmesh_cache_bits(found >> 10 | (1u - is_on_surface)),
          unsure = lightmesh_cache_bits(found >> 11);
@@ -1269,11 +1271,11 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
         uint record = lightmesh_cache_pick(records, k);
         precise vec3 offset = lightmesh_cache_record_position(record) - at.position;
         uint fit = lightmesh_cache_fit_exactly(offset, lightmesh_cache_record_normal(record), at, level);
-        int share = int(fit & 511u);
-        fits = ivec4(k == 0 ? share : fits.x, k == 1 ? share : fits.y, k == 2 ? share : fits.z,
-                     k == 3 ? share : fits.w);
+        ivec4 is_k = ivec4(equal(ivec4(k), ivec4(0, 1, 2, 3)));
+        fits = fits * (1 - is_k) + is_k * int(fit & 511u);
+        alike = alike * (1 - is_k) + is_k * int(fit >> 12);
         suspect = (suspect & ~(1u << k)) | (fit >> 9 & 1u) << k;
-        is_clear = (is_clear & ~(1u << k)) | fit >> 10 << k;
+        is_clear = (is_clear & ~(1u << k)) | (fit >> 10 & 1u) << k;
     }
     uint seen = 15u;
     // Nothing stands out between the point and the records if all fit it, or one does wholly, and no other one
@@ -1327,7 +1329,8 @@ void lightmesh_cache_make_cell(inout LightMeshCachePoint at, int turn, int level
     lightmesh_cache_cell.air_weights = air_weights;
     if (lightmesh_cache_cell.has_taps)
         lightmesh_cache_set_weights();
-    ivec4 hidden = weights * (1 - ivec4(is_seen)) * ivec4(suspect & 1u, suspect >> 1 & 1u, suspect >> 2 & 1u, suspect >> 3);
+    ivec4 hidden = (weights * alike >> 8) * (1 - ivec4(is_seen)) *
+                   ivec4(suspect & 1u, suspect >> 1 & 1u, suspect >> 2 & 1u, suspect >> 3);
     int covered = min(5 * (hidden.x + hidden.y + hidden.z + hidden.w), 32768);
     lightmesh_cache_cell.covered = uint(covered);
     lightmesh_cache_cell.missing = uint(level < 11 ? min(5 * (32768 - served), 32768) : covered);
