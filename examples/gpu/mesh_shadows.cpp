@@ -2,9 +2,8 @@
 #include "gpu/mesh_shadows.hpp"
 
 #include "gpu/host_visibility.hpp"
-#include "gpu/link_tests.hpp"
+#include "gpu/listed_words.hpp"
 #include "gpu/listing.hpp"
-#include "gpu/long_tests.hpp"
 #include "gpu/uploaded.hpp"
 #include "render/follow_scene.hpp"
 
