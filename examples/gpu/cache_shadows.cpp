@@ -4,8 +4,8 @@
 #include "gpu/cache_fill.hpp"
 #include "gpu/host_rows.hpp"
 #include "gpu/host_visibility.hpp"
+#include "gpu/kept_shadows.hpp"
 #include "gpu/lamp_shares.hpp"
-#include "gpu/uploaded.hpp"
 #include "render/follow_scene.hpp"
 #include "render/lamps.hpp"
 #include "render/scene_cache.hpp"
@@ -18,9 +18,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
-#include <variant>
 #include <vector>
 
 namespace demo {
@@ -34,8 +34,6 @@ using lightmesh::SurfacePoint;
 /// may be blocked for the device and open for the host, which then does not know that there is something to
 /// fill.
 constexpr int enough_fills = 8;
-
-}  // namespace
 
 /// A cache whose records the host finds, and shaders the rays to lamps.
 class LampCache {
@@ -77,157 +75,80 @@ private:
     SceneCache cache_;
 };
 
-/// The cache that shaders have a copy of.
-using HostCache = std::variant<LampCache, HostVisibility>;
+/// As shaders ask for it the host finds the places of records and lists what they lack. Where what shaders
+/// lack is of no record, it answers for the point.
+template <class Host>
+class CacheShadows final : public KeptShadows<Host, CacheUpload> {
+    using Kept = KeptShadows<Host, CacheUpload>;
 
-struct CacheShadows::Parts {
-    Parts(const ComputeDevice& on, const std::string& algorithm, const EmbreeScene& scene,
-          const GpuScene& copy, const VisibilityOptions& options, std::size_t pixels)
-        : cache(cache_named(on, algorithm, scene, copy, options)), uploaded(on, snapshot()),
-          has_budget(options.cache.memory_budget != lightmesh::CacheSettings{}.memory_budget),
-          rows(on, pixels), no_requests(CacheUpload::empty_requests(pixels)), requests(on, no_requests) {}
+public:
+    template <class... OfHost>
+    CacheShadows(const ComputeDevice& device, const VisibilityOptions& options, std::size_t pixels,
+                 OfHost&&... of_host)
+        : Kept(device, options.cache.memory_budget != lightmesh::CacheSettings{}.memory_budget,
+               CacheUpload::empty_requests(pixels), std::forward<OfHost>(of_host)...),
+          rows_(device, pixels) {}
 
-    static HostCache cache_named(const ComputeDevice& device, const std::string& algorithm,
-                                 const EmbreeScene& scene, const GpuScene& copy,
-                                 const VisibilityOptions& options) {
-        if (algorithm == "blur-cache")
-            return HostCache(std::in_place_type<HostVisibility>, algorithm, scene, options);
-        return HostCache(std::in_place_type<LampCache>, device, scene, copy, options);
+    std::vector<ComputeBinding> bindings() const override {
+        std::vector<ComputeBinding> made = Kept::bindings();
+        for (ComputeBinding& binding : rows_.bindings(Kept::set, CacheUpload::requests_binding + 1))
+            made.push_back(std::move(binding));
+        return made;
     }
 
-    std::vector<std::byte> snapshot() const {
-        return std::visit([](const auto& host) { return host.snapshot(); }, cache);
+    void shade(Round& round, const std::atomic<bool>* cancel) override {
+        rows_.clear();
+        int turns = 0;
+        do {
+            this->bind(round.kernel());
+            round.shade();
+            ++turns;
+        } while (fill_asked(turns, cancel));
+        this->note_use(round, cancel);
     }
 
-    /// Returns how many bytes were written.
-    std::size_t upload() { return uploaded.update(snapshot()); }
+    std::optional<lightmesh::CacheStatistics> cache() const override { return this->host().cache(); }
+    std::size_t bytes() const override { return this->host().cache().bytes; }
 
-    /// Before shaders see the cache.
-    void upload_changes() {
-        if (has_changed)
-            upload();
-        has_changed = false;
+private:
+    /// False if nothing was asked.
+    bool fill_asked(int& turns, const std::atomic<bool>* cancel) {
+        const std::vector<std::byte> bytes = this->requests();
+        if (CacheUpload::request_count(bytes) == 0)
+            return false;
+        const bool fills = turns <= enough_fills;
+        std::vector<SurfacePoint> lacking;
+        std::vector<SurfacePoint> asked;
+        std::vector<std::uint32_t> of_pixels;
+        for (const lightmesh::CacheRequest& request : CacheUpload::requests(bytes)) {
+            if (request.lacks_values && fills) {
+                lacking.push_back(request.point);
+            } else {
+                asked.push_back(request.point);
+                of_pixels.push_back(request.id);
+            }
+        }
+        // A cache that is full keeps no more.
+        if (!lacking.empty() && this->fill(lacking, cancel) == 0)
+            turns = enough_fills;
+        if (!asked.empty())
+            rows_.add(of_pixels, this->host().light_count(),
+                      [&](std::span<float> lit) { this->host().find(asked, lit, cancel); });
+        return true;
     }
 
-    /// False if nothing was found that shaders did not know.
-    bool fill(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
-        find(points, cancel);
-        return upload() > 0;
-    }
-
-    void find(std::span<const SurfacePoint> points, const std::atomic<bool>* cancel) {
-        std::visit([&](auto& host) { host.fill(points, cancel); }, cache);
-    }
-
-    void answer(std::span<const SurfacePoint> points, std::span<const std::uint32_t> of_pixels,
-                const std::atomic<bool>* cancel) {
-        std::visit(
-            [&](const auto& host) {
-                rows.add(of_pixels, host.light_count(),
-                         [&](std::span<float> lit) { host.find(points, lit, cancel); });
-            },
-            cache);
-    }
-
-    HostCache cache;
-    UploadedCache uploaded;
-    bool has_budget;
-    bool has_changed = false;  ///< between pictures, since the last upload
-    HostRows rows;
-    std::vector<std::byte> no_requests;
-    ComputeBuffer requests;
-    int turns = 0;  ///< of this round
+    HostRows rows_;
 };
 
-CacheShadows::CacheShadows(const ComputeDevice& device, const std::string& algorithm,
-                           const EmbreeScene& scene, const GpuScene& copy, const VisibilityOptions& options,
-                           std::size_t pixels)
-    : parts_(std::make_unique<Parts>(device, algorithm, scene, copy, options, pixels)) {}
+}  // namespace
 
-CacheShadows::~CacheShadows() = default;
-
-void CacheShadows::update(const EmbreeScene& scene, const SceneChange& change) {
-    if (!change.changes_shadows())
-        return;
-    parts_->has_changed = true;
-    std::visit([&](auto& host) { host.update(scene, change); }, parts_->cache);
-}
-
-void CacheShadows::begin_frame() {
-    if (!parts_->has_budget)
-        return;
-    parts_->has_changed = true;
-    std::visit([](auto& host) { host.begin_frame(); }, parts_->cache);
-}
-
-bool CacheShadows::has_budget() const {
-    return parts_->has_budget;
-}
-
-void CacheShadows::note_use(std::span<const lightmesh::SurfacePoint> points,
-                            const std::atomic<bool>* cancel) {
-    parts_->find(points, cancel);
-}
-
-void CacheShadows::merge(std::span<const std::byte> known) {
-    parts_->has_changed = true;
-    std::visit([&](auto& host) { host.merge(known); }, parts_->cache);
-}
-
-std::vector<ComputeBinding> CacheShadows::bindings() const {
-    std::vector<ComputeBinding> made = parts_->uploaded.bindings(set);
-    const auto [rows, answers] = parts_->rows.buffers();
-    for (const ComputeBuffer& buffer : {parts_->requests, rows, answers})
-        made.push_back({.set = set, .binding = static_cast<std::uint32_t>(made.size()), .buffer = buffer});
-    return made;
-}
-
-void CacheShadows::begin_round() {
-    parts_->turns = 0;
-    parts_->rows.clear();
-}
-
-void CacheShadows::bind(const ComputeKernel& kernel) const {
-    parts_->upload_changes();
-    for (const ComputeBinding& binding : bindings())
-        kernel.bind(binding);
-    parts_->requests.write(0, parts_->no_requests);
-}
-
-bool CacheShadows::fill(const std::atomic<bool>* cancel) {
-    const auto bytes = parts_->requests.read_all<std::byte>();
-    if (CacheUpload::request_count(bytes) == 0)
-        return false;
-    const bool fills = ++parts_->turns <= enough_fills;
-    std::vector<SurfacePoint> lacking;
-    std::vector<SurfacePoint> asked;
-    std::vector<std::uint32_t> of_pixels;
-    for (const lightmesh::CacheRequest& request : CacheUpload::requests(bytes)) {
-        if (request.lacks_values && fills) {
-            lacking.push_back(request.point);
-        } else {
-            asked.push_back(request.point);
-            of_pixels.push_back(request.id);
-        }
-    }
-    // A cache that is full keeps no more.
-    if (!lacking.empty() && !parts_->fill(lacking, cancel))
-        parts_->turns = enough_fills;
-    if (!asked.empty())
-        parts_->answer(asked, of_pixels, cancel);
-    return true;
-}
-
-lightmesh::CacheStatistics CacheShadows::statistics() const {
-    return std::visit([](const auto& host) { return host.cache(); }, parts_->cache);
-}
-
-std::vector<std::byte> CacheShadows::snapshot() const {
-    return parts_->snapshot();
-}
-
-DeviceFill CacheShadows::spent() const {
-    return std::visit([](const auto& host) { return host.spent(); }, parts_->cache);
+std::unique_ptr<DeviceShadows> make_cache_shadows(const ComputeDevice& device, const std::string& algorithm,
+                                                  const EmbreeScene& scene, const GpuScene& copy,
+                                                  const VisibilityOptions& options, std::size_t pixels) {
+    if (algorithm == "blur-cache")
+        return std::make_unique<CacheShadows<HostVisibility>>(device, options, pixels, algorithm, scene,
+                                                              options);
+    return std::make_unique<CacheShadows<LampCache>>(device, options, pixels, device, scene, copy, options);
 }
 
 }  // namespace demo

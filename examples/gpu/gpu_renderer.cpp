@@ -2,6 +2,7 @@
 #include "gpu/gpu_renderer.hpp"
 
 #include "gpu/cache_shadows.hpp"
+#include "gpu/device_shadows.hpp"
 #include "gpu/gpu_scene.hpp"
 #include "gpu/map_shadows.hpp"
 #include "gpu/mesh_shadows.hpp"
@@ -19,6 +20,14 @@
 #include <stdexcept>
 
 namespace demo {
+
+/// As paths.glsl has it.
+struct BatchWords {
+    std::uint32_t first;
+    std::uint32_t count;
+    std::uint32_t is_first_round;
+    std::uint32_t attempt;  ///< roundings that points are farther from their surfaces
+};
 
 namespace {
 
@@ -50,14 +59,6 @@ constexpr std::uint32_t finish_words[] = {
 #include "spirv/finish.comp.inc"
 };
 
-/// As paths.glsl has it.
-struct BatchWords {
-    std::uint32_t first;
-    std::uint32_t count;
-    std::uint32_t is_first_round;
-    std::uint32_t attempt;
-};
-
 /// As paths.glsl has it: of the points of a round.
 struct RoundWords {
     std::uint32_t point_count = 0;
@@ -74,17 +75,6 @@ constexpr std::size_t most_bytes = std::size_t{1} << 29;
 /// is.
 constexpr std::size_t most_shadow_rays = std::size_t{1} << 28;
 constexpr std::size_t most_shadow_rays_of_cpu = std::size_t{1} << 20;
-
-/// To ask a light mesh at a point that is a rounding farther from its surface.
-constexpr std::uint32_t most_attempts = 64;
-/// Of asking and filling: some, since of points close together one asks. After that points ask in turn for
-/// what the host does not fill.
-constexpr int enough_turns = 16;
-
-/// One in so many points tells the host what shaders use of a light mesh or a cache with a memory budget: a
-/// brick, or a record, is seen from many. They are the same pixels in each frame: what only others see is
-/// forgotten, and found again. Each round all paths and points are read for it, 80 bytes a pixel.
-constexpr std::uint32_t pixels_of_use = 7;
 
 void refuse(bool is_wanted, const char* what) {
     if (is_wanted)
@@ -173,31 +163,24 @@ struct GpuRenderer::Parts {
           scene(on, model, visibility, render), paths(on, bytes_of_path * pixels),
           waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
           colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
-          round(on, sizeof(RoundWords)), mesh(mesh_of(algorithm, model, visibility)),
-          cache(asks_cache(algorithm)
-                    ? std::make_unique<CacheShadows>(on, algorithm, model, scene, visibility, pixels)
-                    : nullptr),
-          maps(algorithm == "shadow-map"
-                   ? std::make_unique<MapShadows>(on, model, visibility, pixels, bindings({}))
-                   : nullptr),
-          volumes(algorithm == "shadow-volume"
-                      ? std::make_unique<VolumeShadows>(on, model, visibility, pixels)
-                      : nullptr),
+          round(on, sizeof(RoundWords)), shadows(shadows_of(algorithm, model, visibility)),
           trace(on, trace_words, bindings({}), sizeof(BatchWords)),
           shade(on, shader_of(algorithm, visibility),
-                bindings(mesh      ? mesh->bindings()
-                         : cache   ? cache->bindings()
-                         : maps    ? maps->bindings()
-                         : volumes ? volumes->bindings()
-                                   : std::vector<ComputeBinding>{}),
-                sizeof(BatchWords)),
+                bindings(shadows ? shadows->bindings() : std::vector<ComputeBinding>{}), sizeof(BatchWords)),
           finish(on, finish_words, bindings({}), sizeof(BatchWords)) {}
 
-    std::unique_ptr<MeshShadows> mesh_of(const std::string& algorithm, const EmbreeScene& model,
-                                         const VisibilityOptions& visibility) const {
-        return asks_mesh(algorithm) ? std::make_unique<MeshShadows>(device, algorithm, model, scene,
-                                                                    with_short_test(visibility, algorithm))
-                                    : nullptr;
+    /// Null where shaders trace all rays of shadows while they shade.
+    std::unique_ptr<DeviceShadows> shadows_of(const std::string& algorithm, const EmbreeScene& model,
+                                              const VisibilityOptions& visibility) const {
+        if (asks_mesh(algorithm))
+            return make_mesh_shadows(device, algorithm, model, scene, with_short_test(visibility, algorithm));
+        if (asks_cache(algorithm))
+            return make_cache_shadows(device, algorithm, model, scene, visibility, pixels);
+        if (algorithm == "shadow-map")
+            return std::make_unique<MapShadows>(device, model, visibility, pixels, bindings({}));
+        if (algorithm == "shadow-volume")
+            return std::make_unique<VolumeShadows>(device, model, visibility, pixels);
+        return nullptr;
     }
 
     /// Rays that wait at most: each step pushes two and pops one.
@@ -240,15 +223,12 @@ struct GpuRenderer::Parts {
             for (int i = 0; i < rounds; ++i) {
                 commands.fill(round, 0, sizeof(RoundWords), 0);
                 commands.dispatch(trace, groups_of(batch), 1, 1, bytes_in(batch));
-                if (!asks_host())
+                if (!shadows)
                     commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
                 batch.is_first_round = 0;
             }
         });
     }
-
-    /// True if shading waits for what the host finds.
-    bool asks_host() const { return mesh || cache || maps || volumes; }
 
     RoundWords last_round() const {
         RoundWords found;
@@ -256,98 +236,61 @@ struct GpuRenderer::Parts {
         return found;
     }
 
-    void shade_once(const BatchWords& batch) {
-        seconds += device.run([&](const ComputeCommands& commands) {
-            commands.dispatch(shade, groups_of(batch), 1, 1, bytes_in(batch));
-        });
-        if (last_round().is_failed != 0)
-            throw std::out_of_range("--on gpu: a point lies farther from the origin than a light mesh or a "
-                                    "cache reaches");
-    }
+    /// The points of a batch that `trace` has found.
+    class TracedRound final : public Round {
+    public:
+        TracedRound(Parts& parts, const BatchWords& batch) : parts_(parts), batch_(batch) {}
 
-    /// Shades a round's points by the light mesh, until it knows all that it takes.
-    void shade_by_mesh(BatchWords batch, const std::atomic<bool>* cancel) {
-        int turns = 0;
-        for (auto asked = MeshShadows::Asked::points; asked != MeshShadows::Asked::nothing;) {
-            mesh->bind(shade);
-            shade_once(batch);
-            asked = mesh->fill(cancel);
-            const bool is_stuck = asked == MeshShadows::Asked::same_points || ++turns > enough_turns;
-            if (is_stuck && ++batch.attempt > most_attempts)
-                throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
-                                         "lacks at a point");
+        Points points(std::uint32_t of_pixels) const override {
+            const std::size_t count = batch_.count;
+            std::vector<glm::uvec4> states(2 * count);
+            parts_.paths.read(0, std::as_writable_bytes(std::span(states)));
+            std::vector<glm::vec4> words(3 * count);
+            parts_.points.read(0, std::as_writable_bytes(std::span(words)));
+            Points found;
+            for (std::uint32_t i = 0; i < batch_.count; i += of_pixels) {
+                if (states[2 * i + 1].w == 0)
+                    continue;
+                found.points.push_back({.position = glm::vec3(words[i]),
+                                        .normal = glm::vec3(words[count + i]),
+                                        .footprint = words[i].w,
+                                        .shading_normal = glm::vec3(words[2 * count + i])});
+                found.pixels.push_back(i);
+            }
+            return found;
         }
-    }
 
-    void shade_by(const std::vector<ComputeBinding>& answers, const BatchWords& batch) {
-        for (const ComputeBinding& binding : answers)
-            shade.bind(binding);
-        shade_once(batch);
-    }
+        const ComputeKernel& kernel() const override { return parts_.shade; }
+        void shade(std::uint32_t roundings) override {
+            batch_.attempt = roundings;
+            parts_.seconds += parts_.device.run([&](const ComputeCommands& commands) {
+                commands.dispatch(parts_.shade, groups(), 1, 1, push());
+            });
+            if (parts_.last_round().is_failed != 0)
+                throw std::out_of_range("--on gpu: a point lies farther from the origin than a light mesh or "
+                                        "a cache reaches");
+        }
 
-    /// A round's points, of every so many pixels those that have one.
-    struct Asked {
-        std::vector<lightmesh::SurfacePoint> points;
-        std::vector<std::uint32_t> pixels;
+        std::span<const std::byte> push() const override { return bytes_in(batch_); }
+        std::uint32_t groups() const override { return groups_of(batch_); }
+
+    private:
+        Parts& parts_;
+        BatchWords batch_;
     };
-    Asked read_points(const BatchWords& batch, std::uint32_t of_pixels) const {
-        const std::size_t count = batch.count;
-        std::vector<glm::uvec4> states(2 * count);
-        paths.read(0, std::as_writable_bytes(std::span(states)));
-        std::vector<glm::vec4> words(3 * count);
-        points.read(0, std::as_writable_bytes(std::span(words)));
-        Asked asked;
-        for (std::uint32_t i = 0; i < batch.count; i += of_pixels) {
-            if (states[2 * i + 1].w == 0)
-                continue;
-            asked.points.push_back({.position = glm::vec3(words[i]),
-                                    .normal = glm::vec3(words[count + i]),
-                                    .footprint = words[i].w,
-                                    .shading_normal = glm::vec3(words[2 * count + i])});
-            asked.pixels.push_back(i);
-        }
-        return asked;
-    }
-
-    /// Asks the host about a round's points.
-    void ask_volumes(const BatchWords& batch, const std::atomic<bool>* cancel) {
-        const Asked asked = read_points(batch, 1);
-        volumes->find(asked.points, asked.pixels, cancel);
-    }
 
     void shade_by_host(const BatchWords& batch, const std::atomic<bool>* cancel) {
         tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
         arena.execute([&] {
-            if (mesh) {
-                shade_by_mesh(batch, cancel);
-                if (mesh->has_budget())
-                    mesh->note_use(read_points(batch, pixels_of_use).points, cancel);
-                return;
-            }
-            if (maps) {
-                seconds += maps->find(bytes_in(batch), groups_of(batch), cancel);
-                shade_by(maps->bindings(), batch);
-                return;
-            }
-            if (volumes) {
-                ask_volumes(batch, cancel);
-                shade_by(volumes->bindings(), batch);
-                return;
-            }
-            cache->begin_round();
-            do {
-                cache->bind(shade);
-                shade_once(batch);
-            } while (cache->fill(cancel));
-            if (cache->has_budget())
-                cache->note_use(read_points(batch, pixels_of_use).points, cancel);
+            TracedRound traced(*this, batch);
+            shadows->shade(traced, cancel);
         });
     }
 
     /// False if cancelled.
     bool follow(BatchWords batch, const std::atomic<bool>* cancel) {
         constexpr int most_rounds = 8;
-        for (int rounds = 1;; rounds = asks_host() ? 1 : (std::min)(2 * rounds, most_rounds)) {
+        for (int rounds = 1;; rounds = shadows ? 1 : (std::min)(2 * rounds, most_rounds)) {
             if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
                 return false;
             run_rounds(batch, rounds);
@@ -355,7 +298,7 @@ struct GpuRenderer::Parts {
             const RoundWords found = last_round();
             if (found.point_count == 0)
                 return true;
-            if (asks_host())
+            if (shadows)
                 shade_by_host(batch, cancel);
         }
     }
@@ -386,11 +329,7 @@ struct GpuRenderer::Parts {
 
     GpuScene scene;
     ComputeBuffer paths, waiting, points, colours, finished, round;
-    // Shadows are found by one of these, or by rays.
-    std::unique_ptr<MeshShadows> mesh;
-    std::unique_ptr<CacheShadows> cache;
-    std::unique_ptr<MapShadows> maps;
-    std::unique_ptr<VolumeShadows> volumes;
+    std::unique_ptr<DeviceShadows> shadows;  ///< null: by rays of the shading kernel
     ComputeKernel trace, shade, finish;
 };
 
@@ -403,59 +342,39 @@ GpuRenderer::GpuRenderer(const ComputeDevice& device, const std::string& algorit
 GpuRenderer::~GpuRenderer() = default;
 
 std::optional<lightmesh::MeshStatistics> GpuRenderer::mesh() const {
-    if (!parts_->mesh)
-        return std::nullopt;
-    return parts_->mesh->statistics();
+    return parts_->shadows ? parts_->shadows->mesh() : std::nullopt;
 }
 
 std::optional<lightmesh::CacheStatistics> GpuRenderer::cache() const {
-    if (!parts_->cache)
-        return std::nullopt;
-    return parts_->cache->statistics();
+    return parts_->shadows ? parts_->shadows->cache() : std::nullopt;
 }
 
 std::vector<std::byte> GpuRenderer::snapshot() const {
-    return parts_->mesh    ? parts_->mesh->snapshot()
-           : parts_->cache ? parts_->cache->snapshot()
-                           : std::vector<std::byte>{};
+    return parts_->shadows ? parts_->shadows->snapshot() : std::vector<std::byte>{};
 }
 
 DeviceFill GpuRenderer::filled() const {
-    return parts_->mesh ? parts_->mesh->spent() : parts_->cache ? parts_->cache->spent() : DeviceFill{};
+    return parts_->shadows ? parts_->shadows->spent() : DeviceFill{};
 }
 
 void GpuRenderer::update(const EmbreeScene& scene, const SceneChange& change) {
     parts_->scene.update(scene, change);
-    if (parts_->mesh)
-        parts_->mesh->update(scene, change);
-    if (parts_->cache)
-        parts_->cache->update(scene, change);
-    if (parts_->maps)
-        parts_->maps->update(scene, change);
-    if (parts_->volumes)
-        parts_->volumes->update(scene, change);
+    if (parts_->shadows)
+        parts_->shadows->update(scene, change);
 }
 
 void GpuRenderer::begin_frame() {
-    if (parts_->mesh)
-        parts_->mesh->begin_frame();
-    if (parts_->cache)
-        parts_->cache->begin_frame();
+    if (parts_->shadows)
+        parts_->shadows->begin_frame();
 }
 
 void GpuRenderer::merge(std::span<const std::byte> known) {
-    if (parts_->mesh)
-        parts_->mesh->merge(known);
-    if (parts_->cache)
-        parts_->cache->merge(known);
+    if (parts_->shadows)
+        parts_->shadows->merge(known);
 }
 
 std::size_t GpuRenderer::bytes() const {
-    return parts_->mesh      ? parts_->mesh->statistics().bytes
-           : parts_->cache   ? parts_->cache->statistics().bytes
-           : parts_->maps    ? parts_->maps->bytes()
-           : parts_->volumes ? parts_->volumes->bytes()
-                             : 0;
+    return parts_->shadows ? parts_->shadows->bytes() : 0;
 }
 
 GpuPicture GpuRenderer::render(RenderStatistics& statistics, const Progress& progress,

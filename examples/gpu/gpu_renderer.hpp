@@ -74,7 +74,7 @@ public:
     /// Of the light mesh, if there is one.
     std::optional<lightmesh::MeshStatistics> mesh() const;
 
-    /// All that shaders have found for the light mesh or the cache.
+    /// All that shaders have found of shadows, but for what they find while they shade.
     DeviceFill filled() const;
 
     /// Of the visibility cache, if there is one.

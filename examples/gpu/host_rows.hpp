@@ -4,7 +4,6 @@
 #include "gpu/compute.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -42,8 +41,11 @@ public:
         answers_ = ComputeBuffer(device_, std::as_bytes(std::span(values_)));
     }
 
-    /// In the order of their bindings.
-    std::array<ComputeBuffer, 2> buffers() const { return {rows_, answers_}; }
+    /// The two bindings from `first` on.
+    std::vector<ComputeBinding> bindings(std::uint32_t set, std::uint32_t first) const {
+        return {{.set = set, .binding = first, .buffer = rows_},
+                {.set = set, .binding = first + 1, .buffer = answers_}};
+    }
 
 private:
     ComputeDevice device_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/map_shadows.hpp"
 
-#include "gpu/device_fill.hpp"
 #include "render/depth_renderers.hpp"
 
 #include <glm/geometric.hpp>
@@ -168,6 +167,7 @@ struct MapShadows::Parts {
     std::vector<ComputeBinding> bindings_of_pixels;
     ComputeBuffer rows;
     Maps maps;
+    DeviceFill spent;
 };
 
 MapShadows::MapShadows(const ComputeDevice& device, const EmbreeScene& scene,
@@ -190,20 +190,19 @@ void MapShadows::update(const EmbreeScene& scene, const SceneChange& change) {
         maps.lights[change.lights[i]] = std::move(changed[i]);
 }
 
-double MapShadows::find(std::span<const std::byte> batch, std::uint32_t groups,
-                        const std::atomic<bool>* cancel) {
+void MapShadows::shade(Round& round, const std::atomic<bool>* cancel) {
     const ComputeDevice& device = parts_->device;
     Parts::Maps& maps = parts_->maps;
     std::vector<std::size_t> asked(maps.lights.size());
     std::iota(asked.begin(), asked.end(), std::size_t{0});
-    double seconds = 0.0;
     while (!asked.empty()) {
         check_cancelled(cancel);
-        seconds += device.run([&](const ComputeCommands& commands) {
+        parts_->spent.seconds_device += device.run([&](const ComputeCommands& commands) {
             commands.fill(maps.needed, 0, maps.needed.size(), 0);
             for (const std::size_t light : asked)
-                commands.dispatch(maps.lights[light].kernel, groups, 1, 1, batch);
+                commands.dispatch(maps.lights[light].kernel, round.groups(), 1, 1, round.push());
         });
+        parts_->spent.dispatches += asked.size();
         const auto needed = maps.needed.read_all<std::uint32_t>();
         std::erase_if(asked, [&](std::size_t light) { return needed[light] == 0; });
         for (const std::size_t light : asked) {
@@ -211,11 +210,17 @@ double MapShadows::find(std::span<const std::byte> batch, std::uint32_t groups,
             Parts::load(device, maps.lights[light], needed[light]);
         }
     }
-    return seconds;
+    for (const ComputeBinding& binding : bindings())
+        round.kernel().bind(binding);
+    round.shade();
 }
 
 std::vector<ComputeBinding> MapShadows::bindings() const {
     return {{set, 0, parts_->rows}, {set, 1, parts_->maps.answers}};
+}
+
+DeviceFill MapShadows::spent() const {
+    return parts_->spent;
 }
 
 std::size_t MapShadows::bytes() const {

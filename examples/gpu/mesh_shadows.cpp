@@ -2,6 +2,7 @@
 #include "gpu/mesh_shadows.hpp"
 
 #include "gpu/host_visibility.hpp"
+#include "gpu/kept_shadows.hpp"
 #include "gpu/listed_words.hpp"
 #include "gpu/listing.hpp"
 #include "gpu/uploaded.hpp"
@@ -15,9 +16,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <stdexcept>
 #include <utility>
-#include <variant>
 #include <vector>
 
 namespace demo {
@@ -27,12 +29,11 @@ namespace {
 /// Points that shaders can ask for at once.
 constexpr std::size_t request_capacity = std::size_t{1} << 16;
 
-/// Whether an algorithm's long tests are rays.
-bool is_by_rays(const std::string& algorithm) {
-    return algorithm.find('+') == std::string::npos;
-}
-
-}  // namespace
+/// To ask at a point that is a rounding farther from its surface.
+constexpr std::uint32_t most_roundings = 64;
+/// Of asking and filling: some, since of points close together one asks. After that points ask in turn for
+/// what the host does not fill.
+constexpr int enough_turns = 16;
 
 /// A mesh whose links and long tests shaders trace.
 class MeshByRays {
@@ -86,133 +87,69 @@ private:
     LongTests long_tests_;
 };
 
-/// The mesh that shaders have a copy of. After an update it knows what its snapshots know: they have the
-/// lights in the order of a new mesh, and know them by whole groups. Where the mesh knew more, it would find
-/// nothing to fill for a point that lacks something in a shader.
-using HostMesh = std::variant<MeshByRays, HostVisibility>;
+/// As shaders ask for it the host lists what is missing.
+template <class Host>
+class MeshShadows final : public KeptShadows<Host, lightmesh::MeshUpload> {
+public:
+    template <class... OfHost>
+    explicit MeshShadows(const ComputeDevice& device, const VisibilityOptions& options, OfHost&&... of_host)
+        : KeptShadows<Host, lightmesh::MeshUpload>(
+              device, options.settings.memory_budget != lightmesh::Settings{}.memory_budget,
+              lightmesh::empty_requests(request_capacity), std::forward<OfHost>(of_host)...) {}
 
-struct MeshShadows::Parts {
-    Parts(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
-          const GpuScene& copy, const VisibilityOptions& options)
-        : mesh(mesh_of(device, algorithm, scene, copy, options)), uploaded(device, snapshot()),
-          has_budget(options.settings.memory_budget != lightmesh::Settings{}.memory_budget),
-          no_requests(lightmesh::empty_requests(request_capacity)), requests(device, no_requests) {}
-
-    static HostMesh mesh_of(const ComputeDevice& device, const std::string& algorithm,
-                            const EmbreeScene& scene, const GpuScene& copy,
-                            const VisibilityOptions& options) {
-        if (is_by_rays(algorithm))
-            return HostMesh(std::in_place_type<MeshByRays>, device, scene, copy, options);
-        return HostMesh(std::in_place_type<HostVisibility>, algorithm, scene, options);
+    void shade(Round& round, const std::atomic<bool>* cancel) override {
+        std::uint32_t roundings = 0;
+        int turns = 0;
+        asked_before_.clear();
+        for (auto asked = Asked::points; asked != Asked::nothing;) {
+            this->bind(round.kernel());
+            round.shade(roundings);
+            asked = fill_asked(cancel);
+            const bool is_stuck = asked == Asked::same_points || ++turns > enough_turns;
+            if (is_stuck && ++roundings > most_roundings)
+                throw std::runtime_error("--on gpu: host and device do not agree on what the light mesh "
+                                         "lacks at a point");
+        }
+        this->note_use(round, cancel);
     }
 
-    std::vector<std::byte> snapshot() const {
-        return std::visit([](const auto& host) { return host.snapshot(); }, mesh);
+    std::optional<lightmesh::MeshStatistics> mesh() const override { return this->host().mesh(); }
+    std::size_t bytes() const override { return this->host().mesh().bytes; }
+
+private:
+    enum class Asked { nothing, points, same_points };
+
+    /// Says whether shaders have asked, or asked what they had asked before the last time: rays along an edge
+    /// may be blocked for the device and open for the host, which then does not know that there is something
+    /// to fill.
+    Asked fill_asked(const std::atomic<bool>* cancel) {
+        const lightmesh::UploadRequests asked = lightmesh::read_requests(this->requests());
+        if (asked.points.empty() && !asked.overflowed)
+            return Asked::nothing;
+        std::vector<std::array<float, 7>> sorted;
+        for (const lightmesh::SurfacePoint& point : asked.points)
+            sorted.push_back({point.position.x, point.position.y, point.position.z, point.normal.x,
+                              point.normal.y, point.normal.z, point.footprint});
+        std::ranges::sort(sorted);
+        if (sorted == asked_before_)
+            return Asked::same_points;
+        asked_before_ = std::move(sorted);
+        this->fill(asked.points, cancel);
+        return Asked::points;
     }
 
-    void find(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
-        if (auto* by_rays = std::get_if<MeshByRays>(&mesh))
-            by_rays->bind(uploaded);
-        std::visit([&](auto& host) { host.fill(points, cancel); }, mesh);
-    }
-
-    void fill(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
-        find(points, cancel);
-        uploaded.update(snapshot());
-    }
-
-    /// Before shaders see the mesh.
-    void upload_changes() {
-        if (has_changed)
-            uploaded.update(snapshot());
-        has_changed = false;
-    }
-
-    HostMesh mesh;
-    UploadedMesh uploaded;
-    bool has_budget;
-    bool has_changed = false;  ///< between pictures, since the last upload
-    std::vector<std::byte> no_requests;
-    ComputeBuffer requests;
-    std::vector<std::array<float, 7>> asked_before;  ///< positions, normals and footprints, sorted
+    std::vector<std::array<float, 7>> asked_before_;  ///< positions, normals and footprints, sorted
 };
 
-MeshShadows::MeshShadows(const ComputeDevice& device, const std::string& algorithm, const EmbreeScene& scene,
-                         const GpuScene& copy, const VisibilityOptions& options)
-    : parts_(std::make_unique<Parts>(device, algorithm, scene, copy, options)) {}
+}  // namespace
 
-MeshShadows::~MeshShadows() = default;
-
-void MeshShadows::update(const EmbreeScene& scene, const SceneChange& change) {
-    parts_->asked_before.clear();
-    if (!change.changes_shadows())
-        return;
-    parts_->has_changed = true;
-    std::visit([&](auto& host) { host.update(scene, change); }, parts_->mesh);
-}
-
-void MeshShadows::begin_frame() {
-    if (!parts_->has_budget)
-        return;
-    parts_->has_changed = true;
-    std::visit([](auto& host) { host.begin_frame(); }, parts_->mesh);
-}
-
-bool MeshShadows::has_budget() const {
-    return parts_->has_budget;
-}
-
-void MeshShadows::note_use(std::span<const lightmesh::SurfacePoint> points, const std::atomic<bool>* cancel) {
-    parts_->find(points, cancel);
-}
-
-void MeshShadows::merge(std::span<const std::byte> known) {
-    parts_->has_changed = true;
-    std::visit([&](auto& host) { host.merge(known); }, parts_->mesh);
-}
-
-std::vector<ComputeBinding> MeshShadows::bindings() const {
-    std::vector<ComputeBinding> made = parts_->uploaded.bindings(set);
-    made.push_back(
-        {.set = set, .binding = lightmesh::MeshUpload::requests_binding, .buffer = parts_->requests});
-    return made;
-}
-
-void MeshShadows::bind(const ComputeKernel& kernel) const {
-    parts_->upload_changes();
-    for (const ComputeBinding& binding : bindings())
-        kernel.bind(binding);
-    parts_->requests.write(0, parts_->no_requests);
-}
-
-MeshShadows::Asked MeshShadows::fill(const std::atomic<bool>* cancel) {
-    const lightmesh::UploadRequests asked = lightmesh::read_requests(parts_->requests.read_all<std::byte>());
-    if (asked.points.empty() && !asked.overflowed) {
-        parts_->asked_before.clear();
-        return Asked::nothing;
-    }
-    std::vector<std::array<float, 7>> sorted;
-    for (const lightmesh::SurfacePoint& point : asked.points)
-        sorted.push_back({point.position.x, point.position.y, point.position.z, point.normal.x,
-                          point.normal.y, point.normal.z, point.footprint});
-    std::ranges::sort(sorted);
-    if (sorted == parts_->asked_before)
-        return Asked::same_points;
-    parts_->asked_before = std::move(sorted);
-    parts_->fill(asked.points, cancel);
-    return Asked::points;
-}
-
-lightmesh::MeshStatistics MeshShadows::statistics() const {
-    return std::visit([](const auto& host) { return host.mesh(); }, parts_->mesh);
-}
-
-std::vector<std::byte> MeshShadows::snapshot() const {
-    return parts_->snapshot();
-}
-
-DeviceFill MeshShadows::spent() const {
-    return std::visit([](const auto& host) { return host.spent(); }, parts_->mesh);
+std::unique_ptr<DeviceShadows> make_mesh_shadows(const ComputeDevice& device, const std::string& algorithm,
+                                                 const EmbreeScene& scene, const GpuScene& copy,
+                                                 const VisibilityOptions& options) {
+    const bool is_by_rays = algorithm.find('+') == std::string::npos;
+    if (is_by_rays)
+        return std::make_unique<MeshShadows<MeshByRays>>(device, options, device, scene, copy, options);
+    return std::make_unique<MeshShadows<HostVisibility>>(device, options, algorithm, scene, options);
 }
 
 }  // namespace demo
