@@ -635,6 +635,32 @@ TEST_CASE("gpu frame: over its budget of memory a renderer forgets between frame
     }
 }
 
+TEST_CASE("gpu frame: the host is not told of use where nothing is to be forgotten soon") {
+    const demo::ComputeDevice device;
+    const demo::Scene scene = demo::make_rooms();
+    const demo::EmbreeScene embree(scene);
+    demo::RenderOptions options;
+    options.width = 16;
+    options.height = 12;
+    // Rays from points, by which the host sees what they use, of a second frame of the same.
+    const auto rays = [&](std::size_t budget) {
+        demo::VisibilityOptions visibility = demo::options_of(scene);
+        visibility.cache.shaft_rows = false;
+        visibility.cache.memory_budget = budget;
+        demo::GpuRenderer renderer(device, "cache", embree, visibility, options);
+        demo::RenderStatistics statistics;
+        renderer.begin_frame();
+        renderer.render(statistics);
+        renderer.begin_frame();
+        const std::uint64_t before = renderer.cache()->point_rays;
+        renderer.render(statistics);
+        return std::pair(renderer.cache()->point_rays - before, renderer.bytes());
+    };
+    const auto [of_all, bytes] = rays(lightmesh::CacheSettings{}.memory_budget);
+    CHECK(rays(4 * bytes).first == of_all);
+    CHECK(rays(bytes + bytes / 2).first > of_all);
+}
+
 TEST_CASE("gpu frame: what one picture has found another one begins with, on host and device") {
     const demo::ComputeDevice device;
     demo::RenderOptions options;

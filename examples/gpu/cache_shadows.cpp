@@ -85,8 +85,8 @@ public:
     template <class... OfHost>
     CacheShadows(const ComputeDevice& device, const VisibilityOptions& options, std::size_t pixels,
                  OfHost&&... of_host)
-        : Kept(device, options.cache.memory_budget != lightmesh::CacheSettings{}.memory_budget,
-               CacheUpload::empty_requests(pixels), std::forward<OfHost>(of_host)...),
+        : Kept(device, options.cache.memory_budget, CacheUpload::empty_requests(pixels),
+               std::forward<OfHost>(of_host)...),
           rows_(device, pixels) {}
 
     std::vector<ComputeBinding> bindings() const override {

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -44,10 +45,11 @@ public:
     }
 
     void begin_frame() override {
-        if (!has_budget_)
+        if (budget_ == no_budget)
             return;
         has_changed_ = true;
         host_.begin_frame();
+        notes_use_ = bytes() > budget_ / 2;
     }
 
     void merge(std::span<const std::byte> known) override {
@@ -60,10 +62,10 @@ public:
 
 protected:
     template <class... OfHost>
-    KeptShadows(const ComputeDevice& device, bool has_budget, std::vector<std::byte> no_requests,
+    KeptShadows(const ComputeDevice& device, std::size_t budget, std::vector<std::byte> no_requests,
                 OfHost&&... of_host)
-        : host_(std::forward<OfHost>(of_host)...), uploaded_(device, host_.snapshot()),
-          has_budget_(has_budget), no_requests_(std::move(no_requests)), requests_(device, no_requests_) {}
+        : host_(std::forward<OfHost>(of_host)...), uploaded_(device, host_.snapshot()), budget_(budget),
+          no_requests_(std::move(no_requests)), requests_(device, no_requests_) {}
 
     const Host& host() const { return host_; }
 
@@ -85,9 +87,10 @@ protected:
         return upload();
     }
 
-    /// With a budget tells the host what shaders have used in a round.
+    /// Tells the host what shaders have used in a round, if something may soon be forgotten: where half of
+    /// the budget was taken when the frame began.
     void note_use(const Round& round, const std::atomic<bool>* cancel) {
-        if (has_budget_)
+        if (notes_use_)
             find(round.points(pixels_of_use).points, cancel);
     }
 
@@ -96,6 +99,7 @@ private:
     /// frame: what only others see is forgotten, and found again. Each round all paths and points are read
     /// for it, 80 bytes a pixel.
     static constexpr std::uint32_t pixels_of_use = 7;
+    static constexpr std::size_t no_budget = (std::numeric_limits<std::size_t>::max)();
 
     std::size_t upload() {
         const std::size_t written = uploaded_.update(host_.snapshot());
@@ -111,7 +115,8 @@ private:
 
     Host host_;
     Uploaded<Upload> uploaded_;
-    bool has_budget_;
+    std::size_t budget_;
+    bool notes_use_ = false;
     bool has_changed_ = false;  ///< between pictures, since the last upload
     std::vector<std::byte> no_requests_;
     ComputeBuffer requests_;

@@ -93,9 +93,9 @@ class MeshShadows final : public KeptShadows<Host, lightmesh::MeshUpload> {
 public:
     template <class... OfHost>
     explicit MeshShadows(const ComputeDevice& device, const VisibilityOptions& options, OfHost&&... of_host)
-        : KeptShadows<Host, lightmesh::MeshUpload>(
-              device, options.settings.memory_budget != lightmesh::Settings{}.memory_budget,
-              lightmesh::empty_requests(request_capacity), std::forward<OfHost>(of_host)...) {}
+        : KeptShadows<Host, lightmesh::MeshUpload>(device, options.settings.memory_budget,
+                                                   lightmesh::empty_requests(request_capacity),
+                                                   std::forward<OfHost>(of_host)...) {}
 
     void shade(Round& round, const std::atomic<bool>* cancel) override {
         std::uint32_t roundings = 0;
