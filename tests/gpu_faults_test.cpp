@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "gpu/compute.hpp"
 #include "run_command.hpp"
 #include "temporary_folder.hpp"
 
@@ -28,13 +29,19 @@ test::Finished render(const test::TemporaryFolder& folder, const std::string& al
                                  algorithm + " -o " + (folder / "picture.png").string() + " " + more);
 }
 
+/// Of the device that programs take.
+std::string name_of_device() {
+    static const std::string name = demo::ComputeDevice().name();
+    return name;
+}
+
 /// Whether a program has ended with one sentence about the device that has these words, and without a
 /// picture.
 void check_says(const test::TemporaryFolder& folder, const test::Finished& ran, const std::string& words) {
     CAPTURE(words);
     CAPTURE(ran.errors);
     CHECK(ran.status == 1);
-    CHECK(ran.errors.starts_with("lightmesh-render: Vulkan: "));
+    CHECK(ran.errors.starts_with("lightmesh-render: Vulkan: " + name_of_device()));
     CHECK(ran.errors.find(words) != std::string::npos);
     CHECK(std::ranges::count(ran.errors, '\n') == 1);
     CHECK_FALSE(std::filesystem::exists(folder / "picture.png"));
@@ -64,6 +71,7 @@ TEST_CASE("gpu faults: memory that is exhausted is one sentence, wherever it hap
         check_says(folder, render(folder, c.algorithm, std::string("memory:") + c.allocation, "--on gpu"),
                    " has no memory left, ");
     }
+    check_says(folder, render(folder, "linked+map", "memory:1"), " has no memory left, while triangles");
 }
 
 TEST_CASE("gpu faults: a device that is lost is one sentence, wherever it happens") {
@@ -75,7 +83,11 @@ TEST_CASE("gpu faults: a device that is lost is one sentence, wherever it happen
             check_says(folder, render(folder, algorithm, std::string("lost:") + submission, "--on gpu"),
                        " was lost (its driver gave up, or stopped work that took too long), while ");
         }
-    check_says(folder, render(folder, "linked+map", "lost:1"), " was lost (");
+    // Of the host's depth pictures.
+    for (const char* submission : {"1", "3"}) {
+        CAPTURE(submission);
+        check_says(folder, render(folder, "linked+map", std::string("lost:") + submission), " was lost (");
+    }
 }
 
 TEST_CASE("gpu faults: a snapshot that is corrupt reaches no device") {

@@ -220,8 +220,7 @@ struct Device {
     explicit Device(VulkanDepthOptions chosen, vk::QueueFlagBits work = vk::QueueFlagBits::eGraphics)
         : options(std::move(chosen)), context(load()), instance(make_instance(context, options)),
           physical(choose_device(instance, options.device)), family(family_for(physical, work)),
-          device(make_device()), queue(device, family, 0),
-          commands(device, vk::CommandPoolCreateInfo(vk::CommandPoolCreateFlagBits::eTransient, family)) {
+          device(make_device()), queue(device, family, 0), commands(make_pool()) {
         if (options.validate)
             messenger.emplace(instance, messenger_info(options));
     }
@@ -270,6 +269,13 @@ private:
         const vk::DeviceQueueCreateInfo one_queue({}, family, 1, &priority);
         return in_words(name_of(physical), "when it was opened", [&] {
             return vk::raii::Device(physical, vk::DeviceCreateInfo().setQueueCreateInfos(one_queue));
+        });
+    }
+
+    vk::raii::CommandPool make_pool() const {
+        return in_words(name_of(physical), "when it was opened", [&] {
+            return vk::raii::CommandPool(
+                device, vk::CommandPoolCreateInfo(vk::CommandPoolCreateFlagBits::eTransient, family));
         });
     }
 };
@@ -449,8 +455,9 @@ public:
     VulkanDepthRenderer(std::span<const glm::vec3> positions, std::span<const std::uint32_t> indices,
                         const VulkanDepthOptions& options = {}) {
         check(positions, indices);
-        vulkan::in_words("the device", "while triangles were copied to it",
-                         [&] { state_ = std::make_shared<State>(positions, indices, options); });
+        auto on = std::make_unique<const vulkan::Device>(options);
+        vulkan::in_words(vulkan::name_of(on->physical), "while triangles were copied to it",
+                         [&] { state_ = std::make_shared<State>(std::move(on), positions, indices); });
     }
 
     /// The device that was chosen.
@@ -491,10 +498,10 @@ public:
 
 private:
     struct State {
-        State(std::span<const glm::vec3> positions, std::span<const std::uint32_t> triangles,
-              const VulkanDepthOptions& options)
-            : on(options), pass(vulkan::make_pass(on)), layout(vulkan::make_layout(on)),
-              pipeline(vulkan::make_pipeline(on, pass, layout)),
+        State(std::unique_ptr<const vulkan::Device> device, std::span<const glm::vec3> positions,
+              std::span<const std::uint32_t> triangles)
+            : opened(std::move(device)), on(*opened), pass(vulkan::make_pass(on)),
+              layout(vulkan::make_layout(on)), pipeline(vulkan::make_pipeline(on, pass, layout)),
               vertices(vulkan::upload(on, std::as_bytes(positions), vk::BufferUsageFlagBits::eVertexBuffer)),
               indices(vulkan::upload(on, std::as_bytes(triangles), vk::BufferUsageFlagBits::eIndexBuffer)),
               index_count(static_cast<std::uint32_t>(triangles.size())), bounds{positions[triangles[0]],
@@ -563,7 +570,8 @@ private:
         }
 
         std::mutex busy;
-        vulkan::Device on;
+        std::unique_ptr<const vulkan::Device> opened;
+        const vulkan::Device& on;
         vk::raii::RenderPass pass;
         vk::raii::PipelineLayout layout;
         vk::raii::Pipeline pipeline;

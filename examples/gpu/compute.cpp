@@ -62,7 +62,9 @@ struct ComputeDevice::State {
         if (on.physical.getProperties().apiVersion < VK_API_VERSION_1_1)
             throw std::runtime_error("Vulkan: " + vulkan::name_of(on.physical) + " is older than Vulkan 1.1");
         if (on.physical.getQueueFamilyProperties()[on.family].timestampValidBits != 0)
-            clock.emplace(on.device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
+            in_words(on, "when it was opened", [&] {
+                clock.emplace(on.device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
+            });
     }
 
     const vulkan::HostBuffer& staging() {
@@ -103,13 +105,7 @@ struct ComputeCommands::Recording {
     const vk::raii::CommandBuffer& commands;
 };
 
-ComputeDevice::ComputeDevice(const ComputeOptions& options) {
-    try {
-        state_ = std::make_shared<State>(options);
-    } catch (const vk::SystemError& error) {
-        throw std::runtime_error(std::string("Vulkan: the device cannot be used (") + error.what() + ")");
-    }
-}
+ComputeDevice::ComputeDevice(const ComputeOptions& options) : state_(std::make_shared<State>(options)) {}
 
 std::string ComputeDevice::name() const {
     return vulkan::name_of(state_->on.physical);
