@@ -26,6 +26,7 @@
 
 #include <lightmesh/cache/lamp_ray_list.hpp>
 #include <lightmesh/light_mesh.hpp>
+#include <lightmesh/lights.hpp>
 
 #include <doctest/doctest.h>
 #include <glm/common.hpp>
@@ -43,6 +44,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace gpu_frame_test {
@@ -728,6 +730,37 @@ TEST_CASE("gpu frame: in films pictures are those of a new renderer to the bit")
     follow(demo::animate_spheres(), "shadow-map", {1.0});
     follow(demo::animate_spheres(), "shadow-volume", {1.0});
     follow(demo::animate_park(), "whitted", {1.0, 2.0});
+}
+
+TEST_CASE("gpu frame: where an update fails the shadow maps of before are there") {
+    const demo::ComputeDevice device;
+    demo::Scene scene = demo::make_spheres();
+    const demo::EmbreeScene embree(scene);
+    demo::RenderOptions options;
+    options.width = 40;
+    options.height = 30;
+    demo::GpuRenderer renderer(device, "shadow-map", embree, demo::options_of(scene), options);
+    demo::RenderStatistics statistics;
+    const demo::Image before = renderer.render(statistics).linear;
+    const std::vector<demo::SceneLight> lights = scene.lights;
+    const auto move = [&](std::size_t light, float by) {
+        std::get<lightmesh::PointLight>(scene.lights[light].shape).position.x += by;
+    };
+    demo::SceneChange change;
+    change.lights = {0, 1};
+    for (const bool has_other_triangles : {false, true}) {
+        CAPTURE(has_other_triangles);
+        change.has_other_triangles = has_other_triangles;
+        move(0, 1.0f);
+        move(1, NAN);
+        CHECK_THROWS_AS(renderer.update(embree, change), std::invalid_argument);
+        scene.lights = lights;
+        renderer.update(embree, {});
+        CHECK(renderer.render(statistics).linear.pixels == before.pixels);
+    }
+    move(0, 1.0f);
+    renderer.update(embree, change);
+    CHECK(renderer.render(statistics).linear.pixels != before.pixels);
 }
 
 TEST_CASE("gpu frame: of a film's scene only what has moved is written") {

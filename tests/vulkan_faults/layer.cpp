@@ -64,11 +64,12 @@ VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo* info,
     const auto create =
         reinterpret_cast<PFN_vkCreateInstance>(next_instance_address(VK_NULL_HANDLE, "vkCreateInstance"));
     const VkResult result = create(info, allocator, instance);
-    if (result == VK_SUCCESS)
-        next_properties = reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(
-            of_physical_devices(*instance, "vkGetPhysicalDeviceProperties"));
+    if (result != VK_SUCCESS)
+        return result;
     the_instance = *instance;
-    return result;
+    next_properties = reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(
+        of_physical_devices(the_instance, "vkGetPhysicalDeviceProperties"));
+    return VK_SUCCESS;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo* info,
@@ -83,7 +84,8 @@ VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const Vk
         link->u.pLayerInfo->pfnNextGetInstanceProcAddr(the_instance, "vkCreateDevice"));
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
     const VkResult result = create(physical, info, allocator, device);
-    the_device = *device;
+    if (result == VK_SUCCESS)
+        the_device = *device;
     return result;
 }
 
