@@ -25,10 +25,7 @@ public:
         return statistics.short_rays + statistics.shadow_rays;
     }
 
-    std::uint64_t cached_rays() const override {
-        const lightmesh::MeshStatistics statistics = mesh_->statistics();
-        return statistics.long_rays + statistics.link_rays;
-    }
+    std::uint64_t cached_rays() const override { return mesh_->statistics().kept_rays(); }
     std::size_t light_points() const override { return mesh_->statistics().light_points; }
     std::size_t bytes() const override { return mesh_->statistics().bytes; }
 

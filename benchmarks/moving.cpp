@@ -215,11 +215,7 @@ void time_strengths(const std::string& what, const Make& make, std::size_t every
     const std::vector<lightmesh::Light> lamps = park.lamps();
     const double cold = processor_seconds([&] { ask(subject, picture); });
     const auto rays = [&subject] {
-        const auto statistics = subject.statistics();
-        if constexpr (requires { statistics.lamp_rays; })
-            return statistics.lamp_rays + statistics.drop_rays + statistics.link_rays;
-        else
-            return statistics.long_rays + statistics.link_rays;
+        return subject.statistics().kept_rays();
     };
     double frame = 1e9;
     double warm = 1e9;

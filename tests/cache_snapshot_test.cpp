@@ -70,7 +70,7 @@ std::vector<float> ask(const auto& cache, const lightmesh::SurfacePoint& point) 
 
 std::uint64_t rays_of(const auto& cache) {
     const lightmesh::CacheStatistics held = cache.statistics();
-    return held.lamp_rays + held.drop_rays + held.link_rays;
+    return held.kept_rays();
 }
 
 void sign(Bytes& bytes) {

@@ -469,7 +469,7 @@ TEST_CASE("moving scenes: a light that is set as it is costs nothing, as one who
     CHECK(mesh.statistics().forgotten_visibilities == 0);
     // What rays from points take, nothing keeps.
     const auto of_cache = [](const lightmesh::CacheStatistics& found) {
-        return found.lamp_rays + found.drop_rays + found.link_rays;
+        return found.kept_rays();
     };
     check(cache, [&] { return of_cache(cache.statistics()); });
     CHECK(cache.statistics().forgotten_values == 0);

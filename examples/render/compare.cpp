@@ -34,9 +34,9 @@ std::vector<std::string> with_reference(const CompareOptions& options) {
 /// Rays whose results are kept for other points.
 std::string rays_that_stay(const Run& made) {
     if (made.mesh)
-        return grouped(made.mesh->long_rays + made.mesh->link_rays);
+        return grouped(made.mesh->kept_rays());
     if (made.cache)
-        return grouped(made.cache->lamp_rays + made.cache->drop_rays + made.cache->link_rays);
+        return grouped(made.cache->kept_rays());
     return "-";
 }
 

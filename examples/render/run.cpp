@@ -29,20 +29,10 @@ struct RankPart {
 
 void add(Run& sum, const RankPart& part) {
     sum.statistics += part.statistics;
-    if (sum.mesh) {
-        sum.mesh->long_rays += part.mesh.long_rays;
-        sum.mesh->link_rays += part.mesh.link_rays;
-        sum.mesh->long_tests += part.mesh.long_tests;
-        sum.mesh->listed_rays += part.mesh.listed_rays;
-        sum.mesh->listed_link_rays += part.mesh.listed_link_rays;
-    }
-    if (sum.cache) {
-        sum.cache->lamp_rays += part.cache.lamp_rays;
-        sum.cache->drop_rays += part.cache.drop_rays;
-        sum.cache->link_rays += part.cache.link_rays;
-        sum.cache->point_rays += part.cache.point_rays;
-        sum.cache->listed_rays += part.cache.listed_rays;
-    }
+    if (sum.mesh)
+        sum.mesh->add_work(part.mesh);
+    if (sum.cache)
+        sum.cache->add_work(part.cache);
 }
 
 using MakeImage = std::function<Image(Visibility&, RenderStatistics&, ProgressBar&)>;

@@ -137,12 +137,9 @@ inline lightmesh::Settings mesh_settings_of(const VisibilityOptions& options) {
 /// `Visibility`, or what else has statistics of both.
 template <class Shadows>
 std::uint64_t kept_rays(const Shadows& shadows) {
-    std::uint64_t rays = 0;
-    if (const auto mesh = shadows.mesh())
-        rays += mesh->long_rays + mesh->link_rays + mesh->listed_rays + mesh->listed_link_rays;
-    if (const auto cache = shadows.cache())
-        rays += cache->lamp_rays + cache->drop_rays + cache->link_rays + cache->listed_rays;
-    return rays;
+    const auto mesh = shadows.mesh();
+    const auto cache = shadows.cache();
+    return (mesh ? mesh->kept_rays() : 0) + (cache ? cache->kept_rays() : 0);
 }
 
 /// A way to find visibility, by the name that the command line knows it by.

@@ -32,15 +32,23 @@ struct MeshStatistics {
     std::array<std::size_t, most_mesh_levels> light_points_of_level{};
     std::array<std::size_t, most_mesh_levels> bytes_of_level{};  ///< without what levels share
 
+    /// Rays that were traced for what the mesh keeps, by whatever tracer.
+    std::uint64_t kept_rays() const { return long_rays + listed_rays + link_rays + listed_link_rays; }
+
+    /// Adds another mesh's work: long tests and rays.
+    void add_work(const MeshStatistics& other) {
+        long_tests += other.long_tests;
+        long_rays += other.long_rays;
+        listed_rays += other.listed_rays;
+        link_rays += other.link_rays;
+        listed_link_rays += other.listed_link_rays;
+    }
+
     /// Adds what a mesh holds that has the radius of a level, which must be one.
     void add_level(std::size_t level, const MeshStatistics& held) {
+        add_work(held);
         light_points += held.light_points;
         bricks += held.bricks;
-        long_tests += held.long_tests;
-        long_rays += held.long_rays;
-        listed_rays += held.listed_rays;
-        link_rays += held.link_rays;
-        listed_link_rays += held.listed_link_rays;
         forgotten_visibilities += held.forgotten_visibilities;
         forgotten_links += held.forgotten_links;
         forgotten_floods += held.forgotten_floods;
@@ -86,6 +94,18 @@ struct CacheStatistics {
     std::uint64_t forgotten_values = 0;   ///< shares of lamps that updates have forgotten
     std::uint64_t evicted_records = 0;    ///< that `begin_frame` has forgotten for `memory_budget`
     std::size_t bytes = 0;                ///< all memory of the cache but its adapters
+
+    /// Rays that were traced for what the cache keeps, by whatever tracer.
+    std::uint64_t kept_rays() const { return lamp_rays + listed_rays + drop_rays + link_rays; }
+
+    /// Adds another cache's work: rays of all kinds.
+    void add_work(const CacheStatistics& other) {
+        lamp_rays += other.lamp_rays;
+        listed_rays += other.listed_rays;
+        drop_rays += other.drop_rays;
+        link_rays += other.link_rays;
+        point_rays += other.point_rays;
+    }
 };
 
 }  // namespace lightmesh
