@@ -10,7 +10,6 @@
 #include <lightmesh/fill/segment_tracer.hpp>
 #include <lightmesh/segment.hpp>
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -68,6 +67,8 @@ private:
     static constexpr std::size_t most_values = most_listed_segments / 20;
     /// What is known of them meanwhile takes two KiB each.
     static constexpr std::size_t most_works = std::size_t{1} << 14;
+    /// Of a round: of 64 lights, `CacheSettings::lamp_rays` each.
+    static constexpr std::size_t most_rays_of_work = 64 * 256;
 
     void add(const RowTable::Entry& row) {
         const ListedRow listed = listed_row(store_, row);
@@ -100,12 +101,13 @@ private:
         values_begun_ = 0;
     }
 
-    /// Lists the rays of a round for some works, until they fill a call. Returns the first of the others.
+    /// Lists the rays of a round for some works, as many as are sure to go into a call. Returns the first of
+    /// the others.
     std::size_t list_rays(std::size_t first) {
         segments_.clear();
         rays_.clear();
         std::size_t w = first;
-        for (; w < works_.size() && segments_.size() < most_listed_segments; ++w)
+        for (; w < works_.size() && segments_.size() <= most_listed_segments - most_rays_of_work; ++w)
             works_[w].tally.list_round([&](std::uint8_t ray, const auto& make) {
                 segments_.push_back(make());
                 rays_.push_back({static_cast<std::uint32_t>(w), ray});
@@ -115,11 +117,8 @@ private:
 
     void trace_listed() {
         hit_.assign(segments_.size(), 0);
-        for (std::size_t first = 0; first < segments_.size(); first += most_listed_segments) {
-            const std::size_t size = (std::min)(segments_.size() - first, most_listed_segments);
-            trace_(std::span<const Segment>(segments_).subspan(first, size),
-                   std::span(hit_).subspan(first, size));
-        }
+        if (!segments_.empty())
+            trace_(std::span<const Segment>(segments_), std::span(hit_));
         store_.count_listed_rays(segments_.size());
     }
 
