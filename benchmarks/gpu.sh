@@ -42,8 +42,9 @@ fi
 tables=("${benchmarks[@]/#/$build/}")
 echo
 head -1 "${tables[0]}.txt"
-printf '\n| what | to reach | measured | |\n|---|--:|--:|---|\n'
-awk 'FNR == 1 || /^$/ { is_row = 0 } is_row && !/^\|--/; /^\| what \| to reach/ { is_row = 1 }' "${tables[@]/%/.txt}"
+echo
+# One table of all, with the head of the first.
+awk 'FNR == 1 || /^$/ { is_row = 0 } /^\| what \|/ { is_row = 1; if (heads++) { getline; next } } is_row' "${tables[@]/%/.txt}"
 echo
 if head -1 "${tables[0]}.txt" | grep -qi llvmpipe; then
     echo "in all $SECONDS s, on a CPU that plays a GPU"

@@ -44,17 +44,27 @@ HardShadows hard_shadows(const demo::ComputeDevice& device, const demo::EmbreeSc
 /// The rate of a plain BVH2 on an H100, measured before this project's own traversal was.
 inline constexpr double rays_a_second_of_bvh2 = 3.4e9;
 
-/// Rows under the names that figures to reach have: on a CPU that plays a GPU their times decide nothing.
+/// Values that are not the CPU's, rays that are not Embree's, or pixels that are more than a step off.
+struct Differing {
+    std::size_t count = 0;
+    std::size_t all = 0;
+};
+
+/// Rows under the names that figures to reach have, with the error of what was measured: on a CPU that plays
+/// a GPU their times decide nothing.
 namespace targets {
 
 /// Begins a table. On a CPU that plays a GPU it says that times mean nothing.
 void begin(const demo::ComputeDevice& device);
+/// Prints a row: values of shaders are the CPU's.
+void none_differ(const std::string& what, const Differing& differing);
 /// Prints a row. `reach` 0: there is nothing to reach, the figure is reported.
-void at_most(const std::string& what, double reach, double got, int digits);
-void at_least(const std::string& what, double reach, double got, int digits);
+void at_most(const std::string& what, const Differing& differing, double reach, double got, int digits);
+void at_least(const std::string& what, const Differing& differing, double reach, double got, int digits);
 /// Two rows of what took so many seconds for all the pairs; `reach` is that of the first.
-void times_faster_than_hard(const std::string& what, double reach, const HardShadows& hard, double seconds);
-/// Two rows of the rays themselves.
+void times_faster_than_hard(const std::string& what, const Differing& differing, double reach,
+                            const HardShadows& hard, double seconds);
+/// A row of the rays themselves.
 void traversal(const std::string& scene, const HardShadows& hard);
 /// "park, 64 lights, 2.6 M points: ".
 std::string of_points(const std::string& scene, std::size_t lights, std::size_t points);

@@ -79,6 +79,10 @@ struct Result {
     std::size_t missing = 0;
     std::size_t bytes = 0;  ///< that were uploaded
     double seconds = 0.0;   ///< of the device, for all points
+
+    bench::Differing error() const { return {differing, points * lights}; }
+    /// A point and light.
+    double ns() const { return 1e9 * seconds / static_cast<double>(points * lights); }
 };
 
 /// Fills a mesh on the CPU, and asks it there and on the device.
@@ -117,27 +121,23 @@ bool run(const demo::ComputeDevice& device) {
     std::printf("| scene | lights | short test | points | values that differ from the CPU's | missing | MB "
                 "uploaded | "
                 "ms | ns a point and light |\n|---|--:|---|--:|--:|--:|--:|--:|--:|\n");
-    std::size_t differing = 0;
-    double seconds_of_park[2] = {};  // Express, Linked
-    double ns_of_park[2] = {};
+    bench::Differing differing;
     const auto row = [&](const Stage& stage, std::size_t lights, const Asked& asked,
                          const bench::ShadingPoints& at) {
         const Result r = compare(device, stage, lights, asked, at);
-        const double pairs = static_cast<double>(r.points) * static_cast<double>(r.lights);
         std::printf("| %s | %zu | %s | %zu | %zu | %zu | %.1f | %.3f | %.4f |\n", stage.scene.name.c_str(),
                     lights, name_of(asked).c_str(), r.points, r.differing, r.missing,
-                    static_cast<double>(r.bytes) / 1e6, 1e3 * r.seconds, 1e9 * r.seconds / pairs);
+                    static_cast<double>(r.bytes) / 1e6, 1e3 * r.seconds, r.ns());
         std::fflush(stdout);
-        differing += r.differing;
+        differing.count += r.differing;
+        differing.all += r.points * r.lights;
         return r;
     };
     const Stage park(demo::make_park(), width, height);
     const std::array both{express, linked};
-    for (std::size_t i = 0; i < both.size(); ++i) {
-        const Result r = row(park, 64, both[i], park.points);
-        seconds_of_park[i] = r.seconds;
-        ns_of_park[i] = 1e9 * r.seconds / static_cast<double>(r.points * r.lights);
-    }
+    std::array<Result, both.size()> of_park;
+    for (std::size_t i = 0; i < both.size(); ++i)
+        of_park[i] = row(park, 64, both[i], park.points);
     for (const Asked& asked : {express_by_footprints, linked_by_footprints})
         row(park, 64, asked, park.points);
     const Stage rooms(demo::make_rooms(), width, height);
@@ -145,37 +145,31 @@ bool run(const demo::ComputeDevice& device) {
     for (const Stage* stage : {&rooms, &spheres})
         for (const Asked& asked : {express, linked, linked_by_footprints})
             row(*stage, 64, asked, stage->points);
-    const std::size_t differing_of_scenes = differing;
-    struct Many {
-        std::size_t lights;
-        double ns[2];  // a point and light
-    };
-    std::array many{Many{256, {}}, Many{1024, {}}};
-    for (Many& m : many)
-        for (std::size_t i = 0; i < both.size(); ++i) {
-            const Result r =
-                row(park, m.lights, both[i], park.points.part(park.points.size() / (m.lights / 32)));
-            m.ns[i] = 1e9 * r.seconds / static_cast<double>(r.points * r.lights);
-        }
+    const bench::Differing of_scenes = differing;
+    std::vector<Result> of_many;
+    for (const std::size_t lights : {256, 1024})
+        for (const Asked& asked : both)
+            of_many.push_back(row(park, lights, asked, park.points.part(park.points.size() / (lights / 32))));
     const bench::HardShadows hard = bench::hard_shadows(device, park.bvh, park.points);
     bench::targets::begin(device);
-    std::printf(
-        "| GLSL against the CPU, %s, all points of park, rooms, spheres: counts and bytes | 0 differ | "
-        "%zu differ | %s |\n",
-        device.name().c_str(), differing_of_scenes, differing_of_scenes == 0 ? "reached" : "missed");
+    bench::targets::none_differ("GLSL against the CPU, " + device.name() +
+                                    ", all points of park, rooms, spheres: counts of light meshes",
+                                of_scenes);
     const std::string points = bench::targets::of_points("park", 64, park.points.size());
-    bench::targets::at_most(points + "Express, ms", 1.0, 1e3 * seconds_of_park[0], 2);
-    bench::targets::at_most(points + "Linked, ms", 1.4, 1e3 * seconds_of_park[1], 2);
-    bench::targets::times_faster_than_hard("Express", 30.0, hard, seconds_of_park[0]);
-    bench::targets::times_faster_than_hard("Linked", 30.0, hard, seconds_of_park[1]);
+    const std::array reach{1.0, 1.4};
+    for (std::size_t i = 0; i < both.size(); ++i)
+        bench::targets::at_most(points + name_of(both[i]) + ", ms", of_park[i].error(), reach[i],
+                                1e3 * of_park[i].seconds, 2);
+    for (std::size_t i = 0; i < both.size(); ++i)
+        bench::targets::times_faster_than_hard(name_of(both[i]), of_park[i].error(), 30.0, hard,
+                                               of_park[i].seconds);
     bench::targets::traversal("park", hard);
-    for (const Many& m : many)
-        for (std::size_t i = 0; i < both.size(); ++i)
-            bench::targets::at_most(
-                std::to_string(m.lights) +
-                    " lights, ns a point and light, no more than at 64: " + name_of(both[i]),
-                ns_of_park[i], m.ns[i], 4);
-    return differing == 0 && 1000 * hard.differing <= hard.traced;
+    for (std::size_t i = 0; i < of_many.size(); ++i)
+        bench::targets::at_most(
+            "park, " + std::to_string(of_many[i].lights) +
+                " lights, ns a point and light, no more than at 64: " + name_of(both[i % both.size()]),
+            of_many[i].error(), of_park[i % both.size()].ns(), of_many[i].ns(), 4);
+    return differing.count == 0 && 1000 * hard.differing <= hard.traced;
 }
 
 }  // namespace
