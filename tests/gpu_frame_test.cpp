@@ -453,6 +453,23 @@ TEST_CASE("gpu frame: pictures of the built-in scenes are those of the CPU") {
         check_same_picture(device, scene, "whitted", small_picture());
 }
 
+TEST_CASE("gpu frame: pictures far from the origin are those of the CPU") {
+    const demo::ComputeDevice device;
+    demo::Scene scene = demo::make_spheres();
+    const glm::vec3 away(3000.0f, -2000.0f, 1000.0f);
+    for (glm::vec3& position : scene.positions)
+        position += away;
+    for (demo::SceneLight& light : scene.lights)
+        std::get<lightmesh::PointLight>(light.shape).position += away;
+    scene.camera.eye += away;
+    scene.camera.target += away;
+    demo::RenderOptions options;
+    options.width = 24;
+    options.height = 18;
+    for (const char* algorithm : {"whitted", "express", "linked", "cache"})
+        check_same_picture(device, scene, algorithm, options);
+}
+
 TEST_CASE("gpu frame: textures, masks, glass, mirrors, colours of vertices and lights of all kinds") {
     const demo::ComputeDevice device;
     for (const char* file : {"bulb-pane-mask/pane.gltf", "bulb-pane-mask/bulb-glass.gltf",
@@ -811,8 +828,8 @@ TEST_CASE("gpu frame: clean under the validation layers, by each shader and afte
         float quality = 4.0f;
     };
     double time = 0.0;
-    for (const Case& c :
-         {Case{"whitted"}, Case{"area"}, Case{"express", 5.0f}, Case{"linked"}, Case{"cache"}}) {
+    for (const Case& c : {Case{"whitted"}, Case{"area"}, Case{"express", 5.0f}, Case{"linked"}, Case{"lmm"},
+                          Case{"cache"}, Case{"shadow-map"}, Case{"shadow-volume"}}) {
         CAPTURE(c.algorithm);
         demo::VisibilityOptions visibility = demo::options_of(film.scene());
         visibility.area_samples = 2;
@@ -821,7 +838,7 @@ TEST_CASE("gpu frame: clean under the validation layers, by each shader and afte
         demo::RenderStatistics statistics;
         renderer.render(statistics);
         CHECK(statistics.finished);
-        const bool has_mesh = c.algorithm == "express" || c.algorithm == "linked";
+        const bool has_mesh = c.algorithm == "express" || c.algorithm == "linked" || c.algorithm == "lmm";
         CHECK(renderer.mesh().has_value() == has_mesh);
         CHECK(renderer.cache().has_value() == (c.algorithm == "cache"));
         const demo::SceneChange change = film.go_to(time += 0.25);
