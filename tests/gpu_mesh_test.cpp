@@ -5,6 +5,11 @@
 #include "hashed_tracer.hpp"
 #include "plain.hpp"
 #include "random_scene.hpp"
+#include "render/embree_scene.hpp"
+#include "render/view.hpp"
+#include "render/visibility.hpp"
+#include "scene/scene.hpp"
+#include "seen_points.hpp"
 #include "snapshot_bytes.hpp"
 #include "watched_device.hpp"
 
@@ -47,6 +52,13 @@ using lightmesh::ShortTest;
 using lightmesh::SnapshotView;
 using lightmesh::SurfacePoint;
 using Mesh = lightmesh::LightMesh<test::PlainTracer>;
+
+/// Ray by ray: packets may see the edges of triangles otherwise.
+struct SingleRays {
+    demo::EmbreeIntersector embree;
+
+    bool occluded(const lightmesh::Segment& segment) const { return embree.occluded(segment); }
+};
 
 /// One for all tests, since making a device takes long.
 test::WatchedDevice& watched() {
@@ -161,6 +173,34 @@ TEST_CASE("gpu mesh: the exact short test, by rays of the host, also of many lig
     World blended(9, 60, 0.4f, 1.5f, ShortTest::exact);
     blended.add_footprints();
     check_equal(blended);
+    CHECK(watched().messages.empty());
+}
+
+TEST_CASE("gpu mesh: at all points of small pictures, without footprints and with those of pixels") {
+    for (const demo::Scene& scene : {demo::make_spheres(), demo::make_rooms(), demo::make_park()}) {
+        CAPTURE(scene.name);
+        const demo::EmbreeScene embree(scene);
+        const int side = scene.lights.size() > 40 ? 12 : 24;
+        std::vector<SurfacePoint> points = test::seen_points(embree, side);
+        const float pixel_angle = demo::View(scene.camera, side, side).pixel_angle();
+        for (std::size_t i = 0; i < points.size(); i += 2)
+            points[i].footprint = pixel_angle * glm::distance(points[i].position, scene.camera.eye);
+        for (const ShortTest short_test : {ShortTest::none, ShortTest::linked}) {
+            CAPTURE(static_cast<int>(short_test));
+            Settings settings = demo::options_of(scene).settings;
+            settings.short_test = short_test;
+            const SingleRays tracer{embree.intersector()};
+            const lightmesh::LightMesh mesh{tracer, demo::shapes_of_lights(scene), settings};
+            std::vector<float> expected(points.size() * mesh.light_count());
+            mesh.visibility(std::span<const SurfacePoint>(points), std::span<float>(expected));
+            demo::MeshQueries& queries = shared_queries();
+            queries.upload(mesh.snapshot());
+            const auto answer = queries.ask(points, demo::trace_by(tracer));
+            CHECK(answer.points_without_rays == 0);
+            CHECK(missing_in(answer.values) == 0);
+            CHECK(differing(answer.values, expected) == 0);
+        }
+    }
     CHECK(watched().messages.empty());
 }
 
