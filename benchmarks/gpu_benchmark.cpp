@@ -127,6 +127,12 @@ void none_differ(const std::string& what, const Differing& differing) {
               differing.count == 0 ? "reached" : "missed");
 }
 
+void few_differ(const std::string& what, const Differing& differing, double most) {
+    const double share = static_cast<double>(differing.count) / static_cast<double>(differing.all);
+    print_row(what, differing, "at most " + number(100.0 * most, 1) + " %", number(100.0 * share, 4) + " %",
+              share <= most ? "reached" : "missed");
+}
+
 void at_most(const std::string& what, const Differing& differing, double reach, double got, int digits) {
     print_figure(what, differing, "at most ", reach, got, digits, got <= reach);
 }

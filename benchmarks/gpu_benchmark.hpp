@@ -58,6 +58,8 @@ namespace targets {
 void begin(const demo::ComputeDevice& device);
 /// Prints a row: values of shaders are the CPU's.
 void none_differ(const std::string& what, const Differing& differing);
+/// The same of all but a share.
+void few_differ(const std::string& what, const Differing& differing, double most);
 /// Prints a row. `reach` 0: there is nothing to reach, the figure is reported.
 void at_most(const std::string& what, const Differing& differing, double reach, double got, int digits);
 void at_least(const std::string& what, const Differing& differing, double reach, double got, int digits);
