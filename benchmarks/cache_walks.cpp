@@ -54,8 +54,8 @@ public:
     bool is_faced(const glm::vec3& point, const glm::vec3& normal) const {
         return glm::dot(normal, lamp_.position - point) >= 0.0f;
     }
-    float cached(const glm::vec3& point, const glm::vec3& normal) const {
-        return cache_->visibility(point, normal, 0);
+    float cached(const glm::vec3& point, const glm::vec3& normal, float footprint = 0.0f) const {
+        return cache_->visibility({.position = point, .normal = normal, .footprint = footprint}, 0);
     }
     /// By rays, the same pattern from everywhere.
     float reference(const glm::vec3& point, const glm::vec3& normal, int rays) const {
@@ -126,6 +126,24 @@ void add_grass(demo::MeshBuilder& builder) {
 
 /// Points and normals along a way of 1e5 steps of g / 1000.
 using Way = std::function<std::pair<glm::vec3, glm::vec3>(float)>;
+/// Of the points of a way.
+using Footprint = float (*)(float);
+
+float no_footprint(float) {
+    return 0.0f;
+}
+/// Twice up from half the finest level's step by some octaves, and back.
+float up_and_down(float s, float octaves) {
+    const float turn = s / (50.0f * spacing);
+    const float up = 2.0f * (std::min)(turn - std::floor(turn), 1.0f - turn + std::floor(turn));
+    return spacing * std::exp2(-4.0f + octaves * up);
+}
+float through_levels_of_penumbrae(float s) {
+    return up_and_down(s, 5.0f);
+}
+float through_all_levels(float s) {
+    return up_and_down(s, 14.0f);
+}
 
 /// The largest step of S, and how far one goes at most beyond the step that the reference has there.
 struct Step {
@@ -133,21 +151,22 @@ struct Step {
     double beyond = 0.0;
 };
 
-Step largest_step(const Stage& stage, const Way& way) {
+Step largest_step(const Stage& stage, const Way& way, const Footprint& footprint) {
     constexpr int steps = 100'000;
-    const auto place = [&](int i) {
-        return way(spacing / 1000.0f * static_cast<float>(i));
+    const auto length = [](int i) {
+        return spacing / 1000.0f * static_cast<float>(i);
     };
     const auto reference_at = [&](int i) {
-        const auto [point, normal] = place(i);
+        const auto [point, normal] = way(length(i));
         return stage.reference(point, normal, 1024);
     };
     Step largest;
     float before = -1.0f;
     for (int i = 0; i <= steps; ++i) {
-        const auto [point, normal] = place(i);
+        const auto [point, normal] = way(length(i));
         // Where the lamp's middle sets, S ends by definition.
-        const float now = stage.is_faced(point, normal) ? stage.cached(point, normal) : -1.0f;
+        const float now =
+            stage.is_faced(point, normal) ? stage.cached(point, normal, footprint(length(i))) : -1.0f;
         if (now >= 0.0f && before >= 0.0f) {
             const auto step = static_cast<double>(std::abs(now - before));
             largest.raw = (std::max)(largest.raw, step);
@@ -172,50 +191,83 @@ void add_blocks(demo::MeshBuilder& builder) {
     }
 }
 
-Step walk_on_floor() {
+Step walk_on_floor(Footprint footprint) {
     const Stage stage({.position = {0, 0, 5}, .radius = 0.6f}, [](demo::MeshBuilder& builder) {
         add_floor(builder);
         add_blocks(builder);
     });
-    return largest_step(stage, [](float s) {
+    const auto way = [](float s) {
         return std::pair(glm::vec3(s - 12.5f, 0.04f * s - 0.5f, 0.0f), glm::vec3(0, 0, 1));
-    });
+    };
+    return largest_step(stage, way, footprint);
 }
 
-/// On a plane that rises by one in `run`, so that the axes of records are blended where it is one.
-Step walk_on_slope(float run) {
-    const glm::vec3 along = glm::normalize(glm::vec3(0.0f, run, 1.0f));
-    const glm::vec3 normal = glm::normalize(glm::vec3(0.0f, -1.0f, run));
-    const Stage stage({.position = {0, -2, 6}, .radius = 0.6f}, [&](demo::MeshBuilder& builder) {
-        const glm::vec3 x(20, 0, 0);
-        builder.quad(-x - 8.0f * along, x - 8.0f * along, x + 8.0f * along, -x + 8.0f * along);
-        demo::Random random(6);
-        for (int i = 0; i < 24; ++i) {
-            const glm::vec3 at = glm::vec3(24.0f * random.uniform() - 12.0f, 0, 0) +
-                                 (3.0f * random.uniform() - 1.5f) * along +
-                                 (0.8f + 0.4f * random.uniform()) * normal;
-            builder.box(at - 0.3f, at + 0.3f);
-        }
+/// On a floor along the penumbra of a beam, from side to side of it.
+Step walk_along_beam(Footprint footprint) {
+    const Stage stage({.position = {0, 0, 5}, .radius = 0.6f}, [](demo::MeshBuilder& builder) {
+        add_floor(builder);
+        builder.box({-20, 1.0f, 1.2f}, {20, 2.0f, 1.4f});
     });
-    return largest_step(stage, [&](float s) {
-        return std::pair(glm::vec3(s - 12.5f, 0.0f, 0.0f) + (0.06f * s - 0.75f) * along, normal);
-    });
+    const auto way = [](float s) {
+        return std::pair(glm::vec3(s - 12.5f, 1.316f + 0.15f * std::sin(s), 0.0f), glm::vec3(0, 0, 1));
+    };
+    return largest_step(stage, way, footprint);
 }
 
-/// Around a ball of radius 2, through all axes, past a bar that shades it.
-Step walk_on_ball() {
+/// On a plane with blocks before it.
+Step walk_on_plane(const glm::vec3& normal, Footprint footprint) {
+    const glm::vec3 across(1, 0, 0);
+    const glm::vec3 right = glm::normalize(across - glm::dot(across, normal) * normal);
+    const glm::vec3 along = glm::cross(normal, right);
+    const Stage stage(
+        {.position = 6.0f * normal - 1.0f * along, .radius = 0.6f}, [&](demo::MeshBuilder& builder) {
+            const glm::vec3 side = 20.0f * right;
+            builder.quad(-side - 8.0f * along, side - 8.0f * along, side + 8.0f * along, -side + 8.0f * along);
+            demo::Random random(6);
+            for (int i = 0; i < 24; ++i) {
+                const glm::vec3 at = (24.0f * random.uniform() - 12.0f) * right +
+                                     (3.0f * random.uniform() - 1.5f) * along +
+                                     (0.8f + 0.4f * random.uniform()) * normal;
+                builder.box(at - 0.3f, at + 0.3f);
+            }
+        });
+    const auto way = [&](float s) {
+        return std::pair((s - 12.5f) * right + (0.06f * s - 0.75f) * along, normal);
+    };
+    return largest_step(stage, way, footprint);
+}
+
+/// On a ball of radius 2 past bars that shade it.
+Step walk_on_ball(const std::function<glm::vec3(float)>& normal_at, Footprint footprint) {
     const Stage stage({.position = {6, 2, 5}, .radius = 0.8f}, [](demo::MeshBuilder& builder) {
         builder.ball({0, 0, 0}, 2.0f, 160);
         builder.box({2.6f, -4.0f, 0.9f}, {2.9f, 4.0f, 1.2f});
         builder.box({-4.0f, 2.6f, 0.9f}, {4.0f, 2.9f, 1.2f});
+        builder.box({2.0f, -4.0f, 1.6f}, {2.3f, 4.0f, 1.9f});
     });
-    return largest_step(stage, [](float s) {
-        const float turn = 0.5f * s;
-        const float height = 0.9f * std::sin(0.31f * turn);
-        const float flat = std::sqrt(1.0f - height * height);
-        const glm::vec3 normal(flat * std::cos(turn), flat * std::sin(turn), height);
+    const auto way = [&](float s) {
+        const glm::vec3 normal = normal_at(s);
         return std::pair(2.0f * normal, normal);
-    });
+    };
+    return largest_step(stage, way, footprint);
+}
+
+/// All around, through all axes.
+glm::vec3 around(float s) {
+    const float turn = 0.5f * s;
+    const float height = 0.9f * std::sin(0.31f * turn);
+    const float flat = std::sqrt(1.0f - height * height);
+    return {flat * std::cos(turn), flat * std::sin(turn), height};
+}
+
+/// To and fro through the direction that leans to all three axes alike, from all sides.
+glm::vec3 through_tie_of_three(float s) {
+    const glm::vec3 middle = glm::normalize(glm::vec3(1.0f));
+    const glm::vec3 right = glm::normalize(glm::vec3(1, -1, 0));
+    const float side = 0.25f * std::sin(2.0f * s);
+    const glm::vec3 way =
+        std::cos(0.37f * s) * right + std::sin(0.37f * s) * glm::cross(middle, right);
+    return std::cos(side) * middle + std::sin(side) * way;
 }
 
 struct Edge {
@@ -318,15 +370,30 @@ std::string cache_walks() {
             table.add_row({shaft_rows ? name : std::string(name) + ", no shaft rows",
                            "of points whose reference is below .2, below .4, %", "95",
                            demo::fixed(100.0 * kept_contacts(build, shaft_rows), 1)});
-    const auto add_walk = [&](const char* where, const Step& step) {
+    const auto add_walk = [&](const std::string& where, const Step& step) {
         table.add_row({where, "largest step of S beyond the reference's, of 1e5 steps of g / 1000", "0.01",
                        demo::fixed(step.beyond, 4)});
         table.add_row({where, "the same, with the reference's", "-", demo::fixed(step.raw, 4)});
     };
-    add_walk("floor", walk_on_floor());
-    add_walk("slope of 1 in 2.3", walk_on_slope(2.3f));
-    add_walk("slope of 1 in 1.03", walk_on_slope(1.03f));
-    add_walk("ball", walk_on_ball());
+    const glm::vec3 slope = glm::normalize(glm::vec3(0.0f, -1.0f, 2.3f));
+    const glm::vec3 between_two = glm::normalize(glm::vec3(0.0f, -1.0f, 1.03f));
+    const glm::vec3 between_three = glm::normalize(glm::vec3(0.97f, -1.0f, 1.02f));
+    const std::pair<const char*, Footprint> footprints[] = {
+        {"", no_footprint},
+        {", twice through levels g / 8 to 2 g and back", through_levels_of_penumbrae},
+        {", twice through levels g / 8 to 512 g and back", through_all_levels}};
+    for (const auto& [levels, footprint] : footprints) {
+        const auto add = [&add_walk, levels = levels](const std::string& where, const Step& step) {
+            add_walk(where + levels, step);
+        };
+        add("floor", walk_on_floor(footprint));
+        add("floor, along the penumbra of a beam", walk_along_beam(footprint));
+        add("slope of 1 in 2.3", walk_on_plane(slope, footprint));
+        add("slope of 1 in 1.03, between two axes", walk_on_plane(between_two, footprint));
+        add("slope between three axes", walk_on_plane(between_three, footprint));
+        add("ball, through all axes", walk_on_ball(around, footprint));
+        add("ball, to and fro where three axes meet", walk_on_ball(through_tie_of_three, footprint));
+    }
     const Edge edge = soft_edge();
     table.add_row({"soft edge", "total variation over the reference's", "1.01",
                    demo::fixed(edge.variation / edge.reference_variation, 3)});
