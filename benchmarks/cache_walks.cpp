@@ -3,6 +3,7 @@
 
 #include "embree_rays.hpp"
 #include "lamp_share.hpp"
+#include "mesh_frame.hpp"
 #include "render/embree_scene.hpp"
 #include "render/text_table.hpp"
 #include "render/view.hpp"
@@ -392,22 +393,14 @@ FilmChange change_in_film(const std::string& name, float radius) {
 
 }  // namespace
 
-std::string cache_walks() {
-    demo::TextTable table;
-    table.add_row({"scene", "what", "to reach", "measured"});
-    table.add_rule();
+void print_cache_walks() {
     const std::pair<const char*, Build> things[] = {
         {"fence", add_fence}, {"table legs", add_legs}, {"grass", add_grass}};
     for (const bool shaft_rows : {true, false})
         for (const auto& [name, build] : things)
-            table.add_row({shaft_rows ? name : std::string(name) + ", no shaft rows",
-                           "of points whose reference is below .2, below .4, %", "95",
-                           demo::fixed(100.0 * kept_contacts(build, shaft_rows), 1)});
-    const auto add_walk = [&](const std::string& where, const Step& step) {
-        table.add_row({where, "largest step of S beyond the reference's, of 1e5 steps of g / 1000", "0.01",
-                       demo::fixed(step.beyond, 4)});
-        table.add_row({where, "the same, with the reference's", "-", demo::fixed(step.raw, 4)});
-    };
+            print_row(std::string(name) + (shaft_rows ? "" : ", no shaft rows") +
+                          ": of points whose reference is below .2, below .4, %",
+                      100.0 * kept_contacts(build, shaft_rows), 95.0, true, "");
     const glm::vec3 slope = glm::normalize(glm::vec3(0.0f, -1.0f, 2.3f));
     const glm::vec3 between_two = glm::normalize(glm::vec3(0.0f, -1.0f, 1.03f));
     const glm::vec3 between_three = glm::normalize(glm::vec3(0.97f, -1.0f, 1.02f));
@@ -416,8 +409,9 @@ std::string cache_walks() {
         {", twice through levels g / 8 to 2 g and back", through_levels_of_penumbrae},
         {", twice through levels g / 8 to 512 g and back", through_all_levels}};
     for (const auto& [levels, footprint] : footprints) {
-        const auto add = [&add_walk, levels = levels](const std::string& where, const Step& step) {
-            add_walk(where + levels, step);
+        const auto add = [levels = levels](const std::string& where, const Step& step) {
+            print_row(where + levels + ": largest step of S beyond the reference's, of 1e5 of g / 1000",
+                      step.beyond, 0.01, false, "with the reference's " + demo::fixed(step.raw, 4));
         };
         add("floor", walk_on_floor(footprint));
         add("floor, along the penumbra of a beam", walk_along_beam(footprint));
@@ -428,21 +422,19 @@ std::string cache_walks() {
         add("ball, to and fro where three axes meet", walk_on_ball(through_tie_of_three, footprint));
     }
     const Edge edge = soft_edge();
-    table.add_row({"soft edge", "total variation over the reference's", "1.01",
-                   demo::fixed(edge.variation / edge.reference_variation, 3)});
-    table.add_row({"soft edge", "99th percentile of steps of g / 500", "0.0015", demo::fixed(edge.step, 4)});
-    table.add_row({"soft edge", "the same of the reference", "-", demo::fixed(edge.reference_step, 4)});
+    print_row("soft edge: total variation over the reference's", edge.variation / edge.reference_variation,
+              1.01, false, "");
+    print_row("soft edge: 99th percentile of steps of g / 500", edge.step, 0.0015, false,
+              "the reference's " + demo::fixed(edge.reference_step, 4));
     for (const auto& [scene, radius] : {std::pair("rooms", 0.3f), {"spheres", 6.0f}, {"park", 1.0f}}) {
         const FilmChange change = change_in_film(scene, radius);
-        const std::string name =
-            std::string(scene) + " R " + demo::fixed(static_cast<double>(radius), 2) + ", film of 48 frames";
-        table.add_row({name, "change of S from frame to frame of a point, beyond the reference's", "0.0010",
-                       demo::fixed(change.of_points, 6)});
-        table.add_row({name, "change of S from frame to frame of a pixel, beyond the reference's", "0.0010",
-                       demo::fixed(change.of_pixels - change.reference, 6)});
-        table.add_row({name, "the reference's", "-", demo::fixed(change.reference, 6)});
+        const std::string name = std::string(scene) + " R " + demo::fixed(static_cast<double>(radius), 2) +
+                                 ", film of 48 frames: change of S from frame to frame of a ";
+        print_row(name + "point, beyond the reference's", change.of_points, 0.001, false,
+                  "the reference's 0");
+        print_row(name + "pixel, beyond the reference's", change.of_pixels - change.reference, 0.001, false,
+                  "the reference's " + demo::fixed(change.reference, 4));
     }
-    return table.text();
 }
 
 }  // namespace bench

@@ -40,11 +40,16 @@ void print_head() {
     std::printf("| what | measured | to reach | reached | beside it |\n|---|--:|--:|---|---|\n");
 }
 
-void print_row(const std::string& what, double measured, double to_reach, bool at_least,
+void print_row(const std::string& what, double measured, std::optional<double> to_reach, bool at_least,
                const std::string& beside) {
-    const bool reached = at_least ? measured >= to_reach : measured <= to_reach;
-    std::printf("| %s | %.3g | %s %.3g | %s | %s |\n", what.c_str(), measured,
-                at_least ? ">=" : "<=", to_reach, reached ? "yes" : "no", beside.c_str());
+    std::printf("| %s | %.3g | ", what.c_str(), measured);
+    if (to_reach) {
+        const bool reached = at_least ? measured >= *to_reach : measured <= *to_reach;
+        std::printf("%s %.3g | %s", at_least ? ">=" : "<=", *to_reach, reached ? "yes" : "no");
+    } else {
+        std::printf("- | -");
+    }
+    std::printf(" | %s |\n", beside.c_str());
     std::fflush(stdout);
 }
 

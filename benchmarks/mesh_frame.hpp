@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,9 @@ double seconds(const std::function<void()>& work);
 double processor_seconds(const std::function<void()>& work);
 double least_seconds(int passes, const std::function<void()>& work);
 
-/// The head of a table, and one of its rows: whether the bar is reached stands in it.
+/// The head of a table, and one of its rows: whether the bar is reached stands in it, if there is one.
 void print_head();
-void print_row(const std::string& what, double measured, double to_reach, bool at_least,
+void print_row(const std::string& what, double measured, std::optional<double> to_reach, bool at_least,
                const std::string& beside);
 
 std::vector<lightmesh::Light> lights_of(const Workload& workload);

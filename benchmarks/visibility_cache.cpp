@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -69,7 +70,7 @@ public:
         pixel_angle_ = demo::View(model_.camera, picture_width, picture_height).pixel_angle();
     }
 
-    void run(demo::TextTable& table) {
+    void run() {
         const std::size_t count = points_->size();
         Cache cache(scene_->intersector(), lights_, settings_);
         const double cold = seconds([&] { query_all(cache, 1); });
@@ -91,42 +92,47 @@ public:
 
         const std::string name = which_.scene + " R " +
                                  demo::fixed(static_cast<double>(which_.lamp_radius), 2) +
-                                 (which_.shaft_rows ? "" : ", no shaft rows");
-        const auto row = [&](const std::string& what, double reach, double got, int digits) {
-            table.add_row({name + ", " + std::to_string(lights_.size()) + " lights", what,
-                           reach > 0.0 ? demo::fixed(reach, digits) : "-", demo::fixed(got, digits)});
+                                 (which_.shaft_rows ? "" : ", no shaft rows") + ", " +
+                                 std::to_string(lights_.size()) + " lights: ";
+        const auto add = [&](const std::string& what, double got, double reach, bool at_least,
+                             const std::string& beside) {
+            print_row(name + what, got, reach > 0.0 ? std::optional(reach) : std::nullopt, at_least, beside);
         };
-        row("MAE of S", which_.is_below_hard ? errors.hard_mean : which_.mean_error, errors.mean, 5);
-        row("MAE of the reference to another of its kind", 0.0, errors.noise, 5);
-        row("MAE of hard shadows", 0.0, errors.hard_mean, 5);
-        row("MAE of 16-ray lamps", 0.0, errors.lamp_mean, 5);
-        row("misses, %", which_.is_below_hard ? 100.0 * errors.hard_misses : which_.misses,
-            100.0 * errors.misses, 3);
-        if (which_.is_below_hard)
-            table.add_row(
-                {name, "below hard shadows everywhere", "yes",
-                 errors.mean < errors.hard_mean && errors.misses <= errors.hard_misses ? "yes" : "no"});
-        row("misses of hard shadows, %", 0.0, 100.0 * errors.hard_misses, 3);
-        row("warm, ns a point", which_.warm_ns, warm_ns, 0);
-        row("warm, ns a point and light", which_.pair_ns, warm_ns / static_cast<double>(lights_.size()), 2);
-        row("hard single rays, ns a point", 0.0, hard_ns, 0);
-        row("warm, times faster than hard single rays", which_.warm_over_hard, hard_ns / warm_ns, 1);
-        row("warm, times faster than 16-ray lamps in packets", which_.warm_over_lamps, lamp_ns / warm_ns, 1);
-        row("cold frame, s", 0.0, cold, 2);
-        row("cold frame, times faster than hard single rays", which_.cold_over_hard, hard_ns / cold_ns, 2);
-        row("cold frame, times faster than 16-ray lamps in packets", which_.cold_over_lamps,
-            lamp_ns / cold_ns, 1);
-        row("MB of a frame", which_.megabytes, 1e-6 * static_cast<double>(held.bytes), 1);
-        row("records, thousands", 0.0, 1e-3 * static_cast<double>(held.records), 0);
-        row("rays to lamps, millions", 0.0, 1e-6 * static_cast<double>(held.lamp_rays), 2);
-        row("rays for surfaces and links, millions", 0.0,
-            1e-6 * static_cast<double>(held.drop_rays + held.link_rays), 2);
+        const std::string against = which_.is_below_hard ? ", against hard shadows' own" : "";
+        add("mean absolute error of S" + against, errors.mean,
+            which_.is_below_hard ? errors.hard_mean : which_.mean_error, false,
+            "the reference to another of its kind " + demo::fixed(errors.noise, 5) + ", hard shadows " +
+                demo::fixed(errors.hard_mean, 5) + ", 16-ray lamps " + demo::fixed(errors.lamp_mean, 5));
+        add("misses, % of facing pairs" + against, 100.0 * errors.misses,
+            which_.is_below_hard ? 100.0 * errors.hard_misses : which_.misses, false,
+            "hard shadows " + demo::fixed(100.0 * errors.hard_misses, 3));
+        const std::string rays_ns = "hard single rays " + demo::fixed(hard_ns, 0) +
+                                    " ns a point, 16-ray lamps in packets " + demo::fixed(lamp_ns, 0);
+        add("warm, ns a point", warm_ns, which_.warm_ns, false, rays_ns);
+        if (which_.pair_ns > 0.0)
+            add("warm, ns a point and light", warm_ns / static_cast<double>(lights_.size()), which_.pair_ns,
+                false, "");
+        add("warm, times faster than hard single rays", hard_ns / warm_ns, which_.warm_over_hard, true, "");
+        add("warm, times faster than 16-ray lamps in packets", lamp_ns / warm_ns, which_.warm_over_lamps,
+            true, "");
+        add("error over that of 16-ray lamps", errors.mean / errors.lamp_mean,
+            which_.warm_over_lamps > 0.0 ? 1.0 : 0.0, false, "");
+        const std::string cold_s = "the frame " + demo::fixed(cold, 2) + " s";
+        add("cold frame, times faster than hard single rays", hard_ns / cold_ns, which_.cold_over_hard, true,
+            cold_s);
+        add("cold frame, times faster than 16-ray lamps in packets", lamp_ns / cold_ns,
+            which_.cold_over_lamps, true, cold_s);
         std::string levels;
         for (const std::size_t records : held.records_of_level)
             if (records > 0)
                 levels += (levels.empty() ? "" : " ") + std::to_string(records / 1000);
-        table.add_row({name, "records of levels, thousands", "", levels});
-        table.add_rule();
+        const auto millions = [](std::uint64_t count) {
+            return demo::fixed(1e-6 * static_cast<double>(count), 2);
+        };
+        add("MB of a frame", 1e-6 * static_cast<double>(held.bytes), which_.megabytes, false,
+            std::to_string(held.records / 1000) + " thousand records, of levels " + levels + "; " +
+                millions(held.lamp_rays) + " million rays to lamps, " +
+                millions(held.drop_rays + held.link_rays) + " million for surfaces and links");
     }
 
 private:
@@ -275,6 +281,7 @@ int run(std::span<char*> arguments) {
             return 1;
         }
     }
+    print_head();
     for (std::size_t i = 0; i < cases.size(); ++i) {
         // Named by their numbers, or all.
         const auto is_named = [&](const char* argument) {
@@ -282,17 +289,12 @@ int run(std::span<char*> arguments) {
         };
         if (!arguments.empty() && std::ranges::none_of(arguments, is_named))
             continue;
-        demo::TextTable table;
-        table.add_row({"scene", "what", "to reach", "measured"});
-        table.add_rule();
-        Contest(cases[i], lightmesh::CacheSettings{.spacing = 0.0f, .shaft_rows = cases[i].shaft_rows})
-            .run(table);
-        std::cout << table.text() << std::flush;
+        Contest(cases[i], lightmesh::CacheSettings{.spacing = 0.0f, .shaft_rows = cases[i].shaft_rows}).run();
     }
     if (arguments.empty() || std::ranges::any_of(arguments, [](const char* argument) {
             return std::string_view(argument) == "walks";
         }))
-        std::cout << cache_walks() << std::flush;
+        print_cache_walks();
     return 0;
 }
 

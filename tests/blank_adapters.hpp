@@ -105,7 +105,7 @@ bool is_open_whatever_is_done(Kept&& kept) {
     return is_filled && view.light_count() == 2 && view.lights().size() == 2 && kept.lights().size() == 3 &&
            std::bit_cast<std::uint32_t>(kept.visibility(blank_point, 0)) ==
                std::bit_cast<std::uint32_t>(many[0]) &&
-           many[0] > 0.0f && kept.statistics().bytes > 0;
+           many[0] > 0.0f && kept.settings().memory_budget > 0 && kept.statistics().bytes > 0;
 }
 
 /// What the caller's own tracers fill, and what shaders read of it.
@@ -172,6 +172,9 @@ inline bool all_else_is_open() {
            is_open_whatever_is_done(lightmesh::VisibilityCache{BlankHits{}, lights, of_cache}) &&
            is_open_whatever_is_done(
                lightmesh::VisibilityCache{lightmesh::LightMesh{BlankHits{}, lights, settings}, of_cache}) &&
+           lightmesh::VisibilityCache{lightmesh::LightMesh{BlankHits{}, lights, settings}, of_cache}
+                   .mesh()
+                   .light_count() == 2 &&
            is_open_for_shaders(lights);
 }
 
