@@ -318,7 +318,7 @@ struct FilmChange {
 };
 
 /// Of 48 frames by a camera that comes nearer to what it looks at by a hundredth each time, with the
-/// footprints of 960 pixels, one in thirty of which are looked at.
+/// footprints of 960 pixels, one in forty of which are looked at.
 FilmChange change_in_film(const std::string& name, float radius) {
     demo::Scene model = demo::load_scene(name);
     const demo::EmbreeScene scene(model);
@@ -326,8 +326,8 @@ FilmChange change_in_film(const std::string& name, float radius) {
     const Cache cache(scene.intersector(), lights, {.spacing = model.radius / 4.0f});
     Occlusion tracer(scene.handle(), true);
     const float pixel_angle = demo::View(model.camera, 960, 720).pixel_angle();
-    constexpr int width = 32;
-    constexpr int height = 24;
+    constexpr int width = 24;
+    constexpr int height = 18;
     const auto eye_at = [&](int frame) {
         return model.camera.target +
                std::pow(0.99f, static_cast<float>(frame)) * (model.camera.eye - model.camera.target);

@@ -815,6 +815,81 @@ TEST_CASE("visibility cache: footprints choose levels, and nothing pops") {
     CHECK(held.records_of_level[9] > 0);
 }
 
+TEST_CASE("visibility cache: no record is finer than the footprints that were asked for") {
+    const Work work = boxes(6, 200);
+    const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
+    const auto records_from = [&](std::size_t level) {
+        std::size_t sum = 0;
+        for (const lightmesh::CacheStatistics held = cache.statistics();
+             level < std::size(held.records_of_level); ++level)
+            sum += held.records_of_level[level];
+        return sum;
+    };
+    std::vector<float> all(work.lights.size());
+    // Level 9 is that of g.
+    for (const auto& [footprint, finest] :
+         {std::pair(0.26f, std::size_t{8}), {0.13f, 9}, {0.065f, 10}, {0.033f, 11}, {0.0f, 12}}) {
+        CAPTURE(footprint);
+        for (const test::SurfacePoint& point : work.points)
+            cache.visibility(lightmesh::SurfacePoint{.position = point.position,
+                                                     .normal = point.normal,
+                                                     .footprint = footprint},
+                             all);
+        CHECK(records_from(finest) > 0);
+        CHECK(records_from(finest + 1) == 0);
+    }
+}
+
+TEST_CASE("visibility cache: rays go only to lights that are asked for, and refine for those that need it") {
+    Work work = boxes(9, 60);
+    const CacheSettings settings{.spacing = 0.25f};
+    const auto rays_for_first = [&](const std::vector<Light>& lights) {
+        const VisibilityCache cache{HitTracer{&work.scene}, lights, settings};
+        for (const test::SurfacePoint& point : work.points)
+            (void)cache.visibility(point.position, point.normal, 0);
+        return cache.statistics().lamp_rays;
+    };
+    const std::uint64_t alone = rays_for_first({work.lights[0]});
+    CHECK(alone > 1000);
+    CHECK(rays_for_first(work.lights) == alone);
+
+    // A light whose shadows no penumbra makes steep does not pay for one beside it.
+    const Light high = lightmesh::PointLight{.position = {0.0f, 0.0f, 90.0f}, .radius = 0.0f};
+    const auto rays_for_both = [&](const std::vector<Light>& lights) {
+        const VisibilityCache cache{HitTracer{&work.scene}, lights, settings};
+        values_of(cache, work.points);
+        return cache.statistics().lamp_rays;
+    };
+    CHECK(rays_for_both({work.lights[0], high}) == rays_for_both({work.lights[0]}) + rays_for_both({high}));
+}
+
+TEST_CASE("visibility cache: a spot's penumbrae are those of a sphere, within its cone") {
+    std::vector<test::Triangle> scene = floor_scene();
+    test::add_box(scene, {-1.0, -1.0, 1.0}, {1.0, 1.0, 1.1});
+    const lightmesh::PointLight sphere{.position = {0.3f, 0.2f, 4.0f}, .radius = 0.5f};
+    const lightmesh::SpotLight spot{
+        .position = sphere.position, .axis = {0.1f, 0.2f, -1.0f}, .cone = 0.4f, .radius = sphere.radius};
+    const VisibilityCache cache{HitTracer{&scene}, std::vector<Light>{sphere, spot},
+                                CacheSettings{.spacing = 0.25f}};
+    test::Random random(10);
+    int partly_inside = 0;
+    int lit_outside = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const glm::vec3 point(random.in_box({-2.5, -2.5, 0.0}, {2.5, 2.5, 0.0}));
+        const glm::vec3 way = glm::normalize(point - spot.position);
+        const float beyond = glm::dot(way, glm::normalize(spot.axis)) - std::cos(spot.cone);
+        if (std::abs(beyond) < 1e-4f)
+            continue;
+        // Rays to both go to the same places.
+        const float of_sphere = cache.visibility(point, glm::vec3(0.0f, 0.0f, 1.0f), 0);
+        CHECK(cache.visibility(point, glm::vec3(0.0f, 0.0f, 1.0f), 1) == (beyond > 0.0f ? of_sphere : 0.0f));
+        partly_inside += beyond > 0.0f && of_sphere > 0.0f && of_sphere < 1.0f ? 1 : 0;
+        lit_outside += beyond < 0.0f && of_sphere > 0.0f ? 1 : 0;
+    }
+    CHECK(partly_inside > 20);
+    CHECK(lit_outside > 20);
+}
+
 TEST_CASE("visibility cache: a scene of another size, by a power of two, gives the same bits") {
     const Work work = boxes(7, 40);
     const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
@@ -944,18 +1019,38 @@ TEST_CASE("visibility cache: blur rows are the light mesh, continuous") {
     std::vector<test::Triangle> scene = floor_scene();
     test::add_box(scene, {-1.0, -1.0, 0.8}, {1.0, 1.0, 0.9});
     const std::vector<Light> lights{lightmesh::PointLight{.position = {0.3f, 0.2f, 4.0f}}};
-    const lightmesh::Settings settings{.radius = 0.5f};
-    const VisibilityCache blur{lightmesh::LightMesh{HitTracer{&scene}, lights, settings},
-                               CacheSettings{.spacing = 0.125f}};
-    const lightmesh::LightMesh mesh{HitTracer{&scene}, lights, settings};
+    const auto mesh_of = [&](float quality) {
+        return lightmesh::LightMesh{HitTracer{&scene}, lights,
+                                    lightmesh::Settings{.radius = 0.5f, .quality = quality}};
+    };
+    const CacheSettings settings{.spacing = 0.125f};
+    const glm::vec3 up(0.0f, 0.0f, 1.0f);
+    const VisibilityCache blur{mesh_of(4.0f), settings};
+    const auto mesh = mesh_of(4.0f);
     double difference = 0.0;
     for (int i = 0; i < 300; ++i) {
         const glm::vec3 point(-2.0f + 0.0133f * static_cast<float>(i), 0.1f, 0.0f);
-        difference += static_cast<double>(std::abs(blur.visibility(point, glm::vec3(0, 0, 1), 0) -
-                                                   mesh.visibility(point, glm::vec3(0, 0, 1), 0)));
+        difference +=
+            static_cast<double>(std::abs(blur.visibility(point, up, 0) - mesh.visibility(point, up, 0)));
     }
     CHECK(difference / 300.0 < 0.02);
     CHECK(blur.mesh().statistics().light_points > 0);
+
+    // Few light points make large steps; over the soft edge, by g / 1000 at a time.
+    const auto largest_step = [&](const auto& kept) {
+        float before = 0.0f;
+        float largest = 0.0f;
+        for (int i = 0; i < 16000; ++i) {
+            const float now =
+                kept.visibility(glm::vec3(-2.0f + 0.125e-3f * static_cast<float>(i), 0.1f, 0.0f), up, 0);
+            if (i > 0)
+                largest = std::max(largest, std::abs(now - before));
+            before = now;
+        }
+        return largest;
+    };
+    CHECK(largest_step(VisibilityCache{mesh_of(2.0f), settings}) < 0.01f);
+    CHECK(largest_step(mesh_of(2.0f)) > 0.03f);
 }
 
 }  // namespace visibility_cache_test
