@@ -49,23 +49,28 @@ cat "$results/figures.md"
 jq -r '.benchmarks[] | select(.error_occurred) | "not timed: \(.run_name): \(.error_message)"' "$results/benchmarks.json"
 echo "Written: $results/benchmarks.json, figures.md, time-per-point.svg"
 
-echo
-"$build/benchmarks/lightmesh-mesh-benchmark" | tee "$results/flat-mesh.md"
+failed=()
+# print_table FILE PROGRAM [ARGUMENTS...]: a program's table, here and at the end of a file. The others run even if one
+# fails.
+print_table() {
+    if [ ! -e "$results/$1" ]; then
+        echo
+    fi
+    "$build/benchmarks/$2" "${@:3}" | tee -a "$results/$1" || failed+=("$2")
+}
+rm -f "$results"/{flat-mesh,first-frame,break-even,visibility-cache,moving}.md
+print_table flat-mesh.md lightmesh-mesh-benchmark
 for _ in 1 2 3; do
     echo "$("$build/benchmarks/lightmesh-mesh-benchmark-o2" --times) $("$build/benchmarks/lightmesh-mesh-benchmark" --times)"
 done | awk '{ ratio = $1 / $2; if (NR == 1 || ratio < least) { least = ratio; o2 = $1; native = $2 } }
     END { printf "| -O2 alone over built for the processor: Express and Linked, park and rooms, warm, mean of ratios |"
           printf " %.3g | <= 1.1 | %s | %s and %s ns a point |\n", least, least <= 1.1 ? "yes" : "no", o2, native }' |
-    tee -a "$results/flat-mesh.md"
-echo
-"$build/benchmarks/lightmesh-first-frame-benchmark" | tee "$results/first-frame.md"
-echo
-"$build/benchmarks/lightmesh-break-even-benchmark" | tee "$results/break-even.md"
-echo
-"$build/benchmarks/lightmesh-cache-benchmark" | tee "$results/visibility-cache.md"
-echo
-"$build/benchmarks/lightmesh-moving-benchmark" | tee "$results/moving.md"
-"$build/benchmarks/lightmesh-random-moves-benchmark" | tee -a "$results/moving.md"
+    tee -a "$results/flat-mesh.md" || failed+=("lightmesh-mesh-benchmark --times")
+print_table first-frame.md lightmesh-first-frame-benchmark
+print_table break-even.md lightmesh-break-even-benchmark
+print_table visibility-cache.md lightmesh-cache-benchmark
+print_table moving.md lightmesh-moving-benchmark
+print_table moving.md lightmesh-random-moves-benchmark
 
 # Films by four processes of one thread and by one: what is counted is the same on any number of cores.
 if command -v mpirun >/dev/null; then
@@ -87,5 +92,11 @@ if command -v mpirun >/dev/null; then
         compare park park -a linked --frames 48 --width 320 --height 240
     } | awk '{ frames = $4 / $2; rays = $5 / $3
         printf "| 4 ranks over 1, rays: a film of %s | %.3g | <= 1.1 | %s |", $1, rays, rays <= 1.1 ? "yes" : "no"
-        printf " frames %.3g; %d and %d rays; %d files differ |\n", frames, $5, $3, $6 }' | tee -a "$results/moving.md"
+        printf " frames %.3g; %d and %d rays; %d files differ |\n", frames, $5, $3, $6 }' |
+        tee -a "$results/moving.md" || failed+=("films by several processes")
+fi
+
+if [ ${#failed[@]} -gt 0 ]; then
+    printf 'failed: %s\n' "${failed[@]}" >&2
+    exit 1
 fi
