@@ -411,7 +411,7 @@ void print_cache_walks() {
     for (const auto& [levels, footprint] : footprints) {
         const auto add = [levels = levels](const std::string& where, const Step& step) {
             print_row(where + levels + ": largest step of S beyond the reference's, of 1e5 of g / 1000",
-                      step.beyond, 0.01, false, "with the reference's " + demo::fixed(step.raw, 4));
+                      step.beyond, 0.01, false, "the whole step " + demo::fixed(step.raw, 4));
         };
         add("floor", walk_on_floor(footprint));
         add("floor, along the penumbra of a beam", walk_along_beam(footprint));
