@@ -507,13 +507,13 @@ private:
         const float slack = landing_slack(step);
         const glm::vec3 lattice_point = lattice_.position(key.index(), key.level());
         const bool has_half = key.level() == Lattice::finest_shaft_level;
-        std::array<glm::vec3, RowLook::most_places> starts;
+        struct Place {
+            glm::vec3 start;
+            bool has_ray;  ///< not the record's own place, nor one on a slope too steep to follow
+        };
+        std::array<Place, RowLook::most_places> places;
         std::array<Segment, RowLook::most_places> segments;
         std::array<std::uint8_t, RowLook::most_places> hit{};
-        // Of the place's ray; the record's own place has none, nor has one on a slope too steep to follow.
-        constexpr std::size_t no_ray = RowLook::most_places;
-        std::array<std::size_t, RowLook::most_places> ray;
-        ray.fill(no_ray);
         const bool has_room = fall > slack;
         std::size_t rays = 0;
         std::size_t count = 0;
@@ -524,17 +524,15 @@ private:
             if (part == own_part)
                 own_place = count;
             const glm::dvec2 aside = middle_of_part(part, 4, look.origin.step);
-            glm::vec3& start = starts[count];
-            start = lattice_point;
-            start[facing.u()] += static_cast<float>(aside.x);
-            start[facing.v()] += static_cast<float>(aside.y);
             const float rise = slope_rise(column.normal, facing, aside.x, aside.y, look.origin.step);
-            start[facing.axis] += rise;
-            if (has_room && part != own_part && std::abs(rise) < step) {
-                ray[count] = rays;
-                segments[rays++] = {lattice_point, start - (fall - slack) * facing.up()};
-            }
-            ++count;
+            Place& place = places[count++];
+            place.start = lattice_point;
+            place.start[facing.u()] += static_cast<float>(aside.x);
+            place.start[facing.v()] += static_cast<float>(aside.y);
+            place.start[facing.axis] += rise;
+            place.has_ray = has_room && part != own_part && std::abs(rise) < step;
+            if (place.has_ray)
+                segments[rays++] = {lattice_point, place.start - (fall - slack) * facing.up()};
         }
         trace(tracer_, std::span<const Segment>(segments).first(rays),
               std::span<std::uint8_t>(hit).first(rays));
@@ -544,17 +542,19 @@ private:
         look.rays_of_place =
             (std::max)(static_cast<std::size_t>(settings_.lamp_rays) / 4, RowLook::most_places) / count;
         look.parts_apart = count;
+        const std::uint8_t* next_hit = hit.data();
         for (std::size_t i = 0; i < count; ++i) {
             if (i == own_place) {
                 look.add_place(i, look.origin);
                 continue;
             }
-            const auto landing = ray[i] != no_ray && hit[ray[i]] == 0
+            const Place& place = places[i];
+            const auto landing = place.has_ray && *next_hit++ == 0
                                      ? std::optional<Landing>({fall - slack, column.normal})
-                                     : land(starts[i], facing, key.level(), 4.0f);
+                                     : land(place.start, facing, key.level(), 4.0f);
             if (!landing)
                 continue;
-            const glm::vec3 position = starts[i] - landing->fall * facing.up();
+            const glm::vec3 position = place.start - landing->fall * facing.up();
             // Another surface, of which the record says nothing.
             if (fit_of(position, landing->normal, column.position, column.normal, look.origin.step) != 0)
                 look.add_place(i, origin_at(look, position, landing->normal));
