@@ -73,19 +73,19 @@ public:
     void run() {
         const std::size_t count = points_->size();
         Cache cache(scene_->intersector(), lights_, settings_);
-        const double cold = seconds([&] { query_all(cache, 1); });
+        const double cold = processor_seconds([&] { query_all(cache, 1); });
         const lightmesh::CacheStatistics held = cache.statistics();
         const std::size_t part = 16;
         std::size_t queried = 0;
         double warm = 1e9;
         for (int i = 0; i < 3; ++i)
-            warm = (std::min)(warm, seconds([&] { queried = query_all(cache, part); }));
+            warm = (std::min)(warm, processor_seconds([&] { queried = query_all(cache, part); }));
         const double warm_ns = 1e9 * warm / static_cast<double>(queried);
         std::size_t hard_points = 0;
-        const double hard = seconds([&] { hard_points = hard_rays(64); });
+        const double hard = processor_seconds([&] { hard_points = hard_rays(64); });
         const double hard_ns = 1e9 * hard / static_cast<double>(hard_points);
         std::size_t lamp_points = 0;
-        const double lamp = seconds([&] { lamp_points = lamp_packets(256); });
+        const double lamp = processor_seconds([&] { lamp_points = lamp_packets(256); });
         const double lamp_ns = 1e9 * lamp / static_cast<double>(lamp_points);
         const Errors errors = compare(cache);
         const double cold_ns = 1e9 * cold / static_cast<double>(count);
