@@ -126,8 +126,8 @@ public:
         for (const std::size_t records : held.records_of_level)
             if (records > 0)
                 levels += (levels.empty() ? "" : " ") + std::to_string(records / 1000);
-        const auto millions = [](std::uint64_t count) {
-            return demo::fixed(1e-6 * static_cast<double>(count), 2);
+        const auto millions = [](std::uint64_t rays) {
+            return demo::fixed(1e-6 * static_cast<double>(rays), 2);
         };
         add("MB of a frame", 1e-6 * static_cast<double>(held.bytes), which_.megabytes, false,
             std::to_string(held.records / 1000) + " thousand records, of levels " + levels + "; " +
