@@ -326,6 +326,32 @@ TEST_CASE("cache errors: a slow walk over a slope meets hardly a step, between a
     }
 }
 
+TEST_CASE("cache errors: soft edges have hardly a wave, and no steep places") {
+    Scene scene;
+    add_floor(scene);
+    test::add_box(scene, {0.0, -8.0, 1.5}, {8.0, 8.0, 1.7});
+    const std::vector<Light> lamp{lightmesh::PointLight{.position = {0.3f, 0.2f, 5.0f}, .radius = 0.5f}};
+    const VisibilityCache cache{HitTracer{&scene}, lamp, CacheSettings{.spacing = spacing}};
+    // Across the edge, slantwise, from light to dark.
+    constexpr int count = 3000;
+    std::vector<float> steps;
+    float before = 1.0f;
+    float variation = 0.0f;
+    for (int i = 0; i <= count; ++i) {
+        const float s = spacing / 500.0f * static_cast<float>(i) - 0.75f;
+        const float now = cache.visibility(glm::vec3(0.9f * s, 0.44f * s, 0.0f), {0.0f, 0.0f, 1.0f}, 0);
+        steps.push_back(std::abs(now - before));
+        variation += steps.back();
+        before = now;
+    }
+    CHECK(before == 0.0f);
+    // 1 would be a slope without any wave; steps, of g / 500, about 1.3 times what was measured.
+    CHECK(variation < 1.03f);
+    std::ranges::sort(steps);
+    CHECK(steps[steps.size() * 99 / 100] < 0.0025f);
+    CHECK(steps.back() < 0.004f);
+}
+
 TEST_CASE("cache errors: nothing pops for any lamp while footprints shrink") {
     const Scene scene = ball_between_bars();
     const VisibilityCache cache{HitTracer{&scene}, lamps_around(), CacheSettings{.spacing = 0.25f}};
