@@ -22,6 +22,7 @@
 #include <span>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -821,7 +822,7 @@ TEST_CASE("visibility cache: no record is finer than the footprints that were as
     const auto records_from = [&](std::size_t level) {
         std::size_t sum = 0;
         for (const lightmesh::CacheStatistics held = cache.statistics();
-             level < std::size(held.records_of_level); ++level)
+             level < held.records_of_level.size(); ++level)
             sum += held.records_of_level[level];
         return sum;
     };
