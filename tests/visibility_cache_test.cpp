@@ -821,8 +821,8 @@ TEST_CASE("visibility cache: no record is finer than the footprints that were as
     const VisibilityCache cache{HitTracer{&work.scene}, work.lights, CacheSettings{.spacing = 0.25f}};
     const auto records_from = [&](std::size_t level) {
         std::size_t sum = 0;
-        for (const lightmesh::CacheStatistics held = cache.statistics();
-             level < held.records_of_level.size(); ++level)
+        for (const lightmesh::CacheStatistics held = cache.statistics(); level < held.records_of_level.size();
+             ++level)
             sum += held.records_of_level[level];
         return sum;
     };
