@@ -400,9 +400,10 @@ private:
         return store_.lamps().tile_count() > 1 && point.plane->facings.count == 1;
     }
 
-    /// Which lattice points the points see: rays to them, the nearest first, until one is open; from there on
-    /// over links. Those behind something that may lie before the point are seen by their own rays alone:
-    /// near the edge of a sheet links lead around it.
+    /// Which lattice points the points see: rays to them, the nearest first; from those that are seen on over
+    /// links, and rays only to where these don't lead, so that which ones are seen does not hang on which is
+    /// nearest. Those behind something that may lie before the point are seen by their own rays alone: near
+    /// the edge of a sheet links lead around it.
     void find_sights(int level) {
         std::array<Segment, most_walks> segments;
         std::array<std::uint8_t, most_walks> hit;
@@ -430,13 +431,12 @@ private:
                 sight.rest &= ~(1u << sight.asked);
                 if (hit[i] == 0)
                     sight.seen |= 1u << sight.asked;
-                if ((sight.seen & ~suspect) != 0)
-                    sight.rest &= suspect;
+                walk.seen = walk.cell->links.reach(sight.seen, suspect);
+                sight.rest &= ~walk.seen;
                 if (sight.rest != 0) {
                     sights_[left++] = sight;
                     continue;
                 }
-                walk.seen = walk.cell->links.reach(sight.seen, suspect);
                 if (has_kept_sights(*walk.point))
                     walk.point->seen[static_cast<std::size_t>(level)] =
                         static_cast<std::uint8_t>(is_seen_known | walk.seen);

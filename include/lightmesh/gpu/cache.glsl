@@ -1128,13 +1128,12 @@ uvec4 lightmesh_cache_fits(LightMeshCacheFour offsets, LightMeshCacheFour normal
            uvec4(most_slope) << 12;
 }
 
-// Which lattice points the point sees, four bits: rays to them, the nearest first, until one is open; from there on
-// over links.
+// Which lattice points the point sees, four bits: rays to them, the nearest first; from those that are seen on over
+// links, and rays only to where these don't lead.
 uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint at, int axis, int level,
                                 inout uint lacks) {
     vec3 end = lightmesh_cache_off_surface(at.position, at.normal, level);
     uint seen = 0u;
-    bool is_any_open = false;
     // Which is the n-th heaviest, four bits each: how many are heavier than each, or as heavy and before it.
     uvec3 than_first = uvec3(greaterThan(weights.yzw, weights.xxx)),
           than_second = uvec3(greaterThan(weights.zww, weights.yyz));
@@ -1144,20 +1143,17 @@ uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint
     uint order = 1u << (4u * heavier.y) | 2u << (4u * heavier.z) | 3u << (4u * heavier.w);
     for (int turn = 0; turn < 1 + lightmesh_cache_three(); ++turn) {
         int k = int(order >> (4 * turn)) & 3;
-        bool is_suspect = ((suspect >> k) & 1u) != 0u;
-        if (is_any_open && !is_suspect)
+        if (((seen >> k) & 1u) != 0u)
             continue;
         vec3 to = lightmesh_cache_lattice_point(lightmesh_cache_index(k, axis), level);
-        bool is_open = lightmesh_cache_is_open(end, to, lacks);
-        seen |= is_open ? 1u << k : 0u;
-        is_any_open = is_any_open || (is_open && !is_suspect);
+        seen |= lightmesh_cache_is_open(end, to, lacks) ? 1u << k : 0u;
+        for (int pass = 0; pass < 3; ++pass)
+            for (int link = 0; link < 4; ++link) {
+                uint ends = link == 0 ? 3u : link == 1 ? 12u : link == 2 ? 5u : 10u;
+                if (((lightmesh_cache_cell.links >> link) & 1u) != 0u && (suspect & ends) == 0u && (seen & ends) != 0u)
+                    seen |= ends;
+            }
     }
-    for (int pass = 0; pass < 3; ++pass)
-        for (int link = 0; link < 4; ++link) {
-            uint ends = link == 0 ? 3u : link == 1 ? 12u : link == 2 ? 5u : 10u;
-            if (((lightmesh_cache_cell.links >> link) & 1u) != 0u && (suspect & ends) == 0u && (seen & ends) != 0u)
-                seen |= ends;
-        }
     return seen;
 }
 
