@@ -311,8 +311,8 @@ Edge soft_edge() {
 
 /// Mean changes of S from one frame to the next.
 struct FilmChange {
-    double of_points =
-        0.0;  ///< of what a frame sees, with the footprints of the next: rays change nothing there
+    /// Of what a frame sees, with the footprints of the next: rays change nothing there.
+    double of_points = 0.0;
     double of_pixels = 0.0;
     double reference = 0.0;  ///< of pixels, by rays
 };

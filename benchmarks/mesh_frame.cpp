@@ -42,7 +42,7 @@ void print_head() {
 
 void print_row(const std::string& what, double measured, std::optional<double> to_reach, bool at_least,
                const std::string& beside) {
-    std::printf("| %s | %.3g | ", what.c_str(), measured);
+    std::printf(measured < 1000.0 ? "| %s | %.3g | " : "| %s | %.0f | ", what.c_str(), measured);
     if (to_reach) {
         const bool reached = at_least ? measured >= *to_reach : measured <= *to_reach;
         std::printf("%s %.3g | %s", at_least ? ">=" : "<=", *to_reach, reached ? "yes" : "no");

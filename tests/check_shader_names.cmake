@@ -1,4 +1,5 @@
-# All that the library's shaders declare has its prefix: it stands beside what users' shaders declare.
+# What the library's shaders declare at the beginning of a line, and their buffers, have its prefix: it stands beside
+# what users' shaders declare.
 #   cmake -DSHADERS=include/lightmesh/gpu -P check_shader_names.cmake
 file(GLOB shaders ${SHADERS}/*.glsl)
 set(names 0)

@@ -828,16 +828,20 @@ TEST_CASE("visibility cache: no record is finer than the footprints that were as
     };
     std::vector<float> all(work.lights.size());
     // Level 9 is that of g.
-    for (const auto& [footprint, finest] :
-         {std::pair(0.26f, std::size_t{8}), {0.13f, 9}, {0.065f, 10}, {0.033f, 11}, {0.0f, 12}}) {
-        CAPTURE(footprint);
+    struct Finest {
+        float footprint;
+        std::size_t level;
+    };
+    for (const Finest& finest :
+         {Finest{0.26f, 8}, Finest{0.13f, 9}, Finest{0.065f, 10}, Finest{0.033f, 11}, Finest{0.0f, 12}}) {
+        CAPTURE(finest.footprint);
         for (const test::SurfacePoint& point : work.points)
             cache.visibility(lightmesh::SurfacePoint{.position = point.position,
                                                      .normal = point.normal,
-                                                     .footprint = footprint},
+                                                     .footprint = finest.footprint},
                              all);
-        CHECK(records_from(finest) > 0);
-        CHECK(records_from(finest + 1) == 0);
+        CHECK(records_from(finest.level) > 0);
+        CHECK(records_from(finest.level + 1) == 0);
     }
 }
 

@@ -222,7 +222,8 @@ struct Device {
           physical(choose_device(instance, options.device)), family(family_for(physical, work)),
           device(make_device()), queue(device, family, 0), commands(make_pool()) {
         if (options.validate)
-            messenger.emplace(instance, messenger_info(options));
+            in_words(name_of(physical), "when it was opened",
+                     [&] { messenger.emplace(instance, messenger_info(options)); });
     }
     Device(const Device&) = delete;
 
