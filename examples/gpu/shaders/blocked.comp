@@ -1,12 +1,12 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // Which segments of a list are blocked: a bit each.
 
 #extension GL_GOOGLE_include_directive : require
-#define BVH_OPEN
+#define RAY_OPEN
 #include "scene.glsl"
-#include "bvh.glsl"
+#include "rays.glsl"
 
 layout(push_constant) uniform Batch {
     uint count;

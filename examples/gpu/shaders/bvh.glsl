@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 
-// Rays through a WideBvh (wide_bvh.hpp). Whoever includes this has `bvh_nodes` and `bvh_triangles`, arrays of uvec4,
-// and these two, which are asked only of triangles that light may pass:
-//     bool bvh_is_hole(uint triangle, float u, float v);      for closest_hit: whether a mask has a hole there
-//     float bvh_share(uint triangle, float u, float v);       for the others: the share of light that passes
-// Of the functions at the end it has those that it asks for: BVH_CLOSEST, BVH_SHARE, BVH_OPEN.
+// Walks through a WideBvh (wide_bvh.hpp), for rays.glsl. Whoever includes this has `bvh_nodes` and `bvh_triangles`, arrays
+// of uvec4.
 
 #define MOST_BVH_DEPTH 32
-
-struct BvhHit {
-    uint triangle;  // the scene's number; ~0: none
-    float t, u, v;
-};
 
 // Away from 0, so that no box test divides by it.
 vec3 bvh_inverse(vec3 way) {
@@ -56,7 +48,7 @@ vec3 bvh_shift;
 uvec3 bvh_near;
 uvec3 bvh_far;
 
-void bvh_begin(vec3 origin, vec3 way) {
+void ray_begin(vec3 origin, vec3 way, float reach, bool is_any) {
     bvh_scale = bvh_inverse(way);
     bvh_shift = -origin * bvh_scale;
     uvec3 is_down = uvec3(lessThan(bvh_scale, vec3(0.0)));
@@ -124,11 +116,10 @@ void bvh_open(float reach, bool is_any, bool from_target) {
         bvh_take_waiting(reach, is_any);
 }
 
-// Walks on. True: to `next`, a triangle that light may pass. False: to the end; or with `is_any` to an opaque triangle.
-// Opaque triangles shorten `hit`. Of triangles that a ray meets in one place the one of the least number counts,
-// whatever the shape of the tree. With `is_any` it is faster to begin at the end that the rays of neighbours share, the
-// far one `from_target`: lanes of a GPU that take one way do it at the price of one.
-bool bvh_walk(vec3 origin, vec3 way, bool is_any, bool from_target, inout BvhHit hit, out BvhHit next) {
+// Of triangles that a ray meets in one place the one of the least number counts, whatever the shape of the tree. With
+// `is_any` it is faster to begin at the end that the rays of neighbours share: lanes of a GPU that take one way do it at the
+// price of one.
+bool ray_walk(vec3 origin, vec3 way, bool is_any, bool from_target, inout RayHit hit, out RayHit next) {
     // A node and then a triangle in each round: lanes that look for a triangle do not wait for each other.
     while (bvh_next != bvh_end) {
         if (bvh_next < bvh_leaf)
@@ -144,7 +135,7 @@ bool bvh_walk(vec3 origin, vec3 way, bool is_any, bool from_target, inout BvhHit
                      (found.x < hit.t || found.x == hit.t && a.w < hit.triangle);
         bool is_opaque = b.w == 0u;
         if (meets)
-            next = BvhHit(a.w, found.x, found.y, found.z);
+            next = RayHit(a.w, found.x, found.y, found.z);
         if (meets && is_opaque)
             hit = next;
         bvh_next += 3u;  // one triangle on, one less
@@ -156,67 +147,6 @@ bool bvh_walk(vec3 origin, vec3 way, bool is_any, bool from_target, inout BvhHit
     return false;
 }
 
-#ifdef BVH_CLOSEST
-// The first surface on origin + t * way, 0 < t <= reach, that is no hole of a mask.
-BvhHit closest_hit(vec3 origin, vec3 way, float reach) {
-    BvhHit hit = BvhHit(~0u, reach, 0.0, 0.0);
-    BvhHit next;
-    bvh_begin(origin, way);
-    while (bvh_walk(origin, way, false, false, hit, next))
-        if (!bvh_is_hole(next.triangle, next.u, next.v))
-            hit = next;
-    return hit;
+void ray_take(RayHit next, inout RayHit hit) {
+    hit = next;
 }
-#endif
-
-#ifdef BVH_SHARE
-// The product of what all surfaces between a point and a lamp let through.
-float let_through(vec3 origin, vec3 target) {
-    float share = 1.0;
-    vec3 way = target - origin;
-    BvhHit hit = BvhHit(~0u, 1.0, 0.0, 0.0);
-    BvhHit next;
-    bvh_begin(origin, way);
-    while (share > 0.0 && bvh_walk(origin, way, true, true, hit, next))
-        share *= bvh_share(next.triangle, next.u, next.v);
-    return hit.triangle == ~0u ? share : 0.0;
-}
-#endif
-
-#ifdef BVH_OPEN
-uint bvh_mixed(uint hash, uint value) {
-    hash = (hash ^ value) * 0x9e3779b1u;
-    hash ^= hash >> 15;
-    hash *= 0x85ebca77u;
-    return hash ^ hash >> 13;
-}
-
-// As `EmbreeIntersector` has it: of a segment in either direction, and a surface.
-uint bvh_hash(vec3 origin, vec3 target, uint surface) {
-    uvec3 a = floatBitsToUint(origin);
-    uvec3 b = floatBitsToUint(target);
-    bool is_turned = a.x != b.x ? a.x > b.x : a.y != b.y ? a.y > b.y : a.z > b.z;
-    uvec3 ends[2] = uvec3[](is_turned ? b : a, is_turned ? a : b);
-    uint hash = bvh_mixed(0x2545f491u, surface);
-    for (int end = 0; end < 2; ++end)
-        for (int axis = 0; axis < 3; ++axis)
-            hash = bvh_mixed(hash, ends[end][axis]);
-    return hash;
-}
-
-// True if nothing blocks a segment, whose origin is near to that of its neighbours; surfaces that let some of the light
-// through do so by chance.
-bool is_open(vec3 origin, vec3 target) {
-    vec3 way = target - origin;
-    BvhHit hit = BvhHit(~0u, 1.0, 0.0, 0.0);
-    BvhHit next;
-    bool is_blocked = false;
-    bvh_begin(origin, way);
-    while (!is_blocked && bvh_walk(origin, way, true, false, hit, next)) {
-        float share = bvh_share(next.triangle, next.u, next.v);
-        float chance = float(bvh_hash(origin, target, next.triangle)) * (1.0 / 4294967296.0);
-        is_blocked = share < 1.0 && !(chance < share);
-    }
-    return !is_blocked && hit.triangle == ~0u;
-}
-#endif

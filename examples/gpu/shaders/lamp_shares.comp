@@ -1,12 +1,12 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // Shares of lamps that a visibility cache asks for.
 
 #extension GL_GOOGLE_include_directive : require
-#define BVH_OPEN
+#define RAY_OPEN
 #include "scene.glsl"
-#include "bvh.glsl"
+#include "rays.glsl"
 
 layout(local_size_x = 64) in;
 

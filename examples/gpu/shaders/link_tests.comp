@@ -1,4 +1,4 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // Links of a light mesh that the host lists: of each light point of a word's cells one along x, y and z.

@@ -3,9 +3,9 @@
 // Rays of a light mesh that the host lists in words, for ListedWords (listed_words.hpp): 16 lanes trace those of a word,
 // each one in turn. Whoever includes this has the words at binding 0 of set 2, and their answers at binding 1.
 
-#define BVH_OPEN
+#define RAY_OPEN
 #include "scene.glsl"
-#include "bvh.glsl"
+#include "rays.glsl"
 
 #define LIGHTMESH_SET 1
 #define LIGHTMESH_BINDING 0

@@ -1,4 +1,4 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // Long tests of a light mesh that the host lists: the light points of a word.

@@ -1,12 +1,12 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // The share of light that passes each segment of a list.
 
 #extension GL_GOOGLE_include_directive : require
-#define BVH_SHARE
+#define RAY_SHARE
 #include "scene.glsl"
-#include "bvh.glsl"
+#include "rays.glsl"
 #include "ray_list.glsl"
 
 void main() {

@@ -2,6 +2,10 @@
 
 // A scene as gpu_scene.cpp and scene_words.hpp pack it, and what is seen of it. Set 0.
 
+#ifdef RAY_QUERIES
+#extension GL_EXT_ray_query : require
+#endif
+
 layout(std140, set = 0, binding = 0) uniform Frame {
     vec4 eye;           // w: 1 for an orthographic view
     vec4 forward;       // w: the width of a pixel at the eye
@@ -18,12 +22,19 @@ layout(std140, set = 0, binding = 0) uniform Frame {
 }
 frame;
 
+#ifdef RAY_QUERIES
+layout(set = 0, binding = 1) uniform accelerationStructureEXT ray_triangles;
+layout(std430, set = 0, binding = 2) readonly buffer RayNumbers {
+    uint ray_numbers[];  // how many triangles are opaque; the numbers of these, and of all others
+};
+#else
 layout(std430, set = 0, binding = 1) readonly buffer BvhNodes {
     uvec4 bvh_nodes[];
 };
 layout(std430, set = 0, binding = 2) readonly buffer BvhTriangles {
     uvec4 bvh_triangles[];
 };
+#endif
 layout(std430, set = 0, binding = 3) readonly buffer Corners {
     uvec4 corners[];  // of a triangle, and its material
 };
@@ -231,7 +242,7 @@ vec3 emission_at(uint at, Material material, uvec4 triangle, float u, float v) {
 
 // ---- what rays ask on their way
 
-bool bvh_is_hole(uint number, float u, float v) {
+bool ray_is_hole(uint number, float u, float v) {
     uvec4 triangle = corners[number];
     uint at = material_at(triangle);
     if (tables[at + 5u].x != alpha_mask)
@@ -240,7 +251,7 @@ bool bvh_is_hole(uint number, float u, float v) {
     return alpha_at(at, uintBitsToFloat(tables[at].w), base, triangle, u, v) < uintBitsToFloat(tables[at + 4u].z);
 }
 
-float bvh_share(uint number, float u, float v) {
+float ray_share(uint number, float u, float v) {
     uvec4 triangle = corners[number];
     uint at = material_at(triangle);
     uvec4 kinds = tables[at + 5u];

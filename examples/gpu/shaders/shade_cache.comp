@@ -1,13 +1,13 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // Shades each pixel's point by a visibility cache. What the cache lacks is written to the request buffer; the point
 // waits until the cache has it, or the host has answered for the point.
 
 #extension GL_GOOGLE_include_directive : require
-#define BVH_OPEN
+#define RAY_OPEN
 #include "scene.glsl"
-#include "bvh.glsl"
+#include "rays.glsl"
 #include "paths.glsl"
 #include "lights.glsl"
 

@@ -1,4 +1,4 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // Shades each pixel's point, with shadows by rays: one to each light, or with AREA to stratified points of lamps with
@@ -10,8 +10,8 @@
 #define HOST_ROWS_BINDING 0
 #include "host_rows.glsl"
 #else
-#define BVH_SHARE
-#include "bvh.glsl"
+#define RAY_SHARE
+#include "rays.glsl"
 #endif
 #include "paths.glsl"
 #include "random.glsl"

@@ -1,13 +1,13 @@
-#version 450
+#version 460
 // SPDX-License-Identifier: MIT
 
 // Follows each pixel's rays to the next surface that adds to it, as renderer.cpp does: a point to shade a pixel and
 // round.
 
 #extension GL_GOOGLE_include_directive : require
-#define BVH_CLOSEST
+#define RAY_CLOSEST
 #include "scene.glsl"
-#include "bvh.glsl"
+#include "rays.glsl"
 #include "paths.glsl"
 #include "random.glsl"
 
@@ -107,7 +107,7 @@ void main() {
         }
         PathRay ray = pop(pixel, state);
         float reach = ray.depth == 0u ? frame.up.w / dot(ray.direction, frame.forward.xyz) : 1e30;
-        BvhHit hit = closest_hit(ray.origin, ray.direction, reach);
+        RayHit hit = closest_hit(ray.origin, ray.direction, reach);
         if (hit.triangle == ~0u) {
             colour.rgb += ray.weight * frame.background.rgb;
             continue;
