@@ -1146,7 +1146,9 @@ uint lightmesh_cache_trace_seen(uint suspect, ivec4 weights, LightMeshCachePoint
         if (((seen >> k) & 1u) != 0u)
             continue;
         vec3 to = lightmesh_cache_lattice_point(lightmesh_cache_index(k, axis), level);
-        seen |= lightmesh_cache_is_open(end, to, lacks) ? 1u << k : 0u;
+        if (!lightmesh_cache_is_open(end, to, lacks))
+            continue;
+        seen |= 1u << k;
         for (int pass = 0; pass < 3; ++pass)
             for (int link = 0; link < 4; ++link) {
                 uint ends = link == 0 ? 3u : link == 1 ? 12u : link == 2 ? 5u : 10u;
