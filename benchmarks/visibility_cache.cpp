@@ -40,15 +40,20 @@ namespace {
 
 using Cache = lightmesh::VisibilityCache<demo::EmbreeIntersector>;
 
+/// Figures to reach; those that are lacking are only reported.
+struct Bars {
+    std::optional<double> mean_error{}, misses{}, warm_ns{}, warm_over_hard{}, warm_over_lamps{},
+        cold_over_hard{}, cold_over_lamps{}, megabytes{};
+    std::optional<double> pair_ns{};  ///< warm, a point and light
+    bool is_below_hard = false;       ///< whether errors are to be below those of hard shadows
+};
+
 struct Case {
     std::string scene;
     float lamp_radius;
-    std::size_t lights;  ///< 0: the scene's own, up to 64
-    double mean_error, misses, warm_ns, warm_over_hard, warm_over_lamps, cold_over_hard, cold_over_lamps,
-        megabytes;  ///< to reach; 0: nothing is said
+    std::size_t lights = 0;  ///< 0: the scene's own, up to 64
+    Bars to_reach{};
     bool shaft_rows = true;
-    double pair_ns = 0.0;        ///< warm, a point and light; 0: nothing is said
-    bool is_below_hard = false;  ///< whether errors are to be below those of hard shadows
 };
 
 /// All that is compared, for one scene.
@@ -94,34 +99,35 @@ public:
                                  demo::fixed(static_cast<double>(which_.lamp_radius), 2) +
                                  (which_.shaft_rows ? "" : ", no shaft rows") + ", " +
                                  std::to_string(lights_.size()) + " lights: ";
-        const auto add = [&](const std::string& what, double got, double reach, bool at_least,
-                             const std::string& beside) {
-            print_row(name + what, got, reach > 0.0 ? std::optional(reach) : std::nullopt, at_least, beside);
+        const auto add = [&](const std::string& what, double got, std::optional<double> to_reach,
+                             bool at_least, const std::string& beside) {
+            print_row(name + what, got, to_reach, at_least, beside);
         };
-        const std::string against = which_.is_below_hard ? ", against hard shadows' own" : "";
+        const Bars& reach = which_.to_reach;
+        const std::string against = reach.is_below_hard ? ", against hard shadows' own" : "";
         add("mean absolute error of S" + against, errors.mean,
-            which_.is_below_hard ? errors.hard_mean : which_.mean_error, false,
+            reach.is_below_hard ? errors.hard_mean : reach.mean_error, false,
             "the reference to another of its kind " + demo::fixed(errors.noise, 5) + ", hard shadows " +
                 demo::fixed(errors.hard_mean, 5) + ", 16-ray lamps " + demo::fixed(errors.lamp_mean, 5));
         add("misses, % of facing pairs" + against, 100.0 * errors.misses,
-            which_.is_below_hard ? 100.0 * errors.hard_misses : which_.misses, false,
+            reach.is_below_hard ? 100.0 * errors.hard_misses : reach.misses, false,
             "hard shadows " + demo::fixed(100.0 * errors.hard_misses, 3));
         const std::string rays_ns = "hard single rays " + demo::fixed(hard_ns, 0) +
                                     " ns a point, 16-ray lamps in packets " + demo::fixed(lamp_ns, 0);
-        add("warm, ns a point", warm_ns, which_.warm_ns, false, rays_ns);
-        if (which_.pair_ns > 0.0)
-            add("warm, ns a point and light", warm_ns / static_cast<double>(lights_.size()), which_.pair_ns,
+        add("warm, ns a point", warm_ns, reach.warm_ns, false, rays_ns);
+        if (reach.pair_ns)
+            add("warm, ns a point and light", warm_ns / static_cast<double>(lights_.size()), reach.pair_ns,
                 false, "");
-        add("warm, times faster than hard single rays", hard_ns / warm_ns, which_.warm_over_hard, true, "");
-        add("warm, times faster than 16-ray lamps in packets", lamp_ns / warm_ns, which_.warm_over_lamps,
-            true, "");
+        add("warm, times faster than hard single rays", hard_ns / warm_ns, reach.warm_over_hard, true, "");
+        add("warm, times faster than 16-ray lamps in packets", lamp_ns / warm_ns, reach.warm_over_lamps, true,
+            "");
         add("error over that of 16-ray lamps", errors.mean / errors.lamp_mean,
-            which_.warm_over_lamps > 0.0 ? 1.0 : 0.0, false, "");
+            reach.warm_over_lamps ? std::optional(1.0) : std::nullopt, false, "");
         const std::string cold_s = "the frame " + demo::fixed(cold, 2) + " s";
-        add("cold frame, times faster than hard single rays", hard_ns / cold_ns, which_.cold_over_hard, true,
+        add("cold frame, times faster than hard single rays", hard_ns / cold_ns, reach.cold_over_hard, true,
             cold_s);
-        add("cold frame, times faster than 16-ray lamps in packets", lamp_ns / cold_ns,
-            which_.cold_over_lamps, true, cold_s);
+        add("cold frame, times faster than 16-ray lamps in packets", lamp_ns / cold_ns, reach.cold_over_lamps,
+            true, cold_s);
         std::string levels;
         for (const std::size_t records : held.records_of_level)
             if (records > 0)
@@ -129,7 +135,7 @@ public:
         const auto millions = [](std::uint64_t rays) {
             return demo::fixed(1e-6 * static_cast<double>(rays), 2);
         };
-        add("MB of a frame", 1e-6 * static_cast<double>(held.bytes), which_.megabytes, false,
+        add("MB of a frame", 1e-6 * static_cast<double>(held.bytes), reach.megabytes, false,
             std::to_string(held.records / 1000) + " thousand records, of levels " + levels + "; " +
                 millions(held.lamp_rays) + " million rays to lamps, " +
                 millions(held.drop_rays + held.link_rays) + " million for surfaces and links");
@@ -263,14 +269,14 @@ private:
 
 int run(std::span<char*> arguments) {
     const std::vector<Case> cases{
-        {"rooms", 0.3f, 0, 0.0012, 0.04, 200, 10, 28, 5, 15, 10},
-        {"spheres", 6.0f, 0, 0.0018, 0.02, 150, 3, 14, 1.5, 8, 8},
-        {"rooms", 0.1f, 0, 0, 0, 0, 0, 0, 0, 0, 0, true, 0, true},
-        {"spheres", 0.45f, 0, 0, 0, 0, 0, 0, 0, 0, 0, true, 0, true},
-        {"park", 1.0f, 0, 0.045, 3, 600, 18, 90, 0.5, 4, 100},
-        {"park", 1.0f, 256, 0, 0, 0, 0, 0, 0, 0, 0, true, 7},
-        {"rooms", 0.3f, 0, 0, 0, 0, 0, 0, 0, 0, 0, false},
-        {"spheres", 6.0f, 0, 0, 0, 0, 0, 0, 0, 0, 0, false},
+        {"rooms", 0.3f, 0, {0.0012, 0.04, 200, 10, 28, 5, 15, 10}},
+        {"spheres", 6.0f, 0, {0.0018, 0.02, 150, 3, 14, 1.5, 8, 8}},
+        {"rooms", 0.1f, 0, {.is_below_hard = true}},
+        {"spheres", 0.45f, 0, {.is_below_hard = true}},
+        {"park", 1.0f, 0, {0.045, 3, 600, 18, 90, 0.5, 4, 100}},
+        {"park", 1.0f, 256, {.pair_ns = 7}},
+        {.scene = "rooms", .lamp_radius = 0.3f, .shaft_rows = false},
+        {.scene = "spheres", .lamp_radius = 6.0f, .shaft_rows = false},
     };
     for (const std::string argument : arguments) {
         const bool is_case = argument.size() == 1 && argument[0] >= '0' &&
