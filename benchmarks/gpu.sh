@@ -8,6 +8,8 @@
 #
 #   benchmarks/gpu.sh                  the first GPU that there is
 #   benchmarks/gpu.sh --device NAME    a device by a part of its name, or by its number
+#   benchmarks/gpu.sh --gpu-rays bvh   without the ray queries of a GPU that has them; else first hits and hard shadows are
+#                                      timed by both
 #   benchmarks/gpu.sh --frames         only whole pictures, without a GPU of 160x120 pixels; that takes lavapipe half an hour
 #                                      on two cores, most of it for the cache of the park. --device may follow
 #   benchmarks/gpu.sh --frames spheres   the same of one scene: park, rooms or spheres

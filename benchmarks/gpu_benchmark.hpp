@@ -22,9 +22,14 @@
 
 namespace bench {
 
-/// The main function of NAME [--device DEVICE]. `run` returns whether all is right.
+/// The main function of NAME [--device DEVICE] [--gpu-rays queries|bvh]. `run` returns whether all is right.
 int run_on_device(const char* name, int argc, char** argv,
                   const std::function<bool(const demo::ComputeDevice&)>& run);
+
+/// The device; and if it traces rays by ray queries the same one, opened to trace them through a BVH.
+std::vector<demo::ComputeDevice> by_each_traversal(const demo::ComputeDevice& device);
+/// "by ray queries", or "through a BVH".
+std::string traversal_of(const demo::ComputeDevice& device);
 
 /// All points, tile by tile.
 std::vector<lightmesh::SurfacePoint> surface_points(const ShadingPoints& points);
@@ -35,11 +40,16 @@ struct HardShadows {
     std::size_t traced = 0;     ///< of these
     std::size_t differing = 0;  ///< of those that were traced, from Embree's
     double seconds = 0.0;       ///< of the device, for those that were traced
+    std::string traversal{};    ///< as `traversal_of`
 
     double rays_a_second() const { return static_cast<double>(traced) / seconds; }
 };
 HardShadows hard_shadows(const demo::ComputeDevice& device, const demo::EmbreeScene& scene,
                          const ShadingPoints& points);
+/// The same by each traversal, the fastest one first.
+std::vector<HardShadows> hard_shadows_by_each_traversal(const demo::ComputeDevice& device,
+                                                        const demo::EmbreeScene& scene,
+                                                        const ShadingPoints& points);
 
 /// The rate of a plain BVH2 on an H100, measured before this project's own traversal was.
 inline constexpr double rays_a_second_of_bvh2 = 3.4e9;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 
 // Rays and whole pictures by shaders, held against Embree and the CPU's renderer and timed:
-// lightmesh-gpu-frame-benchmark [--frames [SCENE]] [--device NAME]. On a CPU that plays a GPU all is small:
-// there it is about what comes out, not about times; with --frames pictures have 160 x 120 pixels there, and
-// nothing else is run.
+// lightmesh-gpu-frame-benchmark [--frames [SCENE]] [--device NAME] [--gpu-rays queries|bvh]. On a CPU that
+// plays a GPU all is small: there it is about what comes out, not about times; with --frames pictures have
+// 160 x 120 pixels there, and nothing else is run.
 
 #include "gpu/cache_fill.hpp"
 #include "gpu/gpu_rays.hpp"
@@ -95,8 +95,9 @@ bool time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     demo::GpuRays rays(device, copy);
     rays.begin_timing();
     const auto row = [&](const char* kind, const Rays& r) {
-        std::printf("| %s | %s | %zu | %.3f | %.6f | %zu |\n", scene.name.c_str(), kind, r.count,
-                    1e3 * r.seconds, 1e-9 * static_cast<double>(r.count) / r.seconds, r.differing);
+        std::printf("| %s | %s | %s | %zu | %.3f | %.6f | %zu |\n", scene.name.c_str(), kind,
+                    bench::traversal_of(device).c_str(), r.count, 1e3 * r.seconds,
+                    1e-9 * static_cast<double>(r.count) / r.seconds, r.differing);
         std::fflush(stdout);
     };
     const Rays first = closest(rays, embree, eye_rays(embree, points));
@@ -318,10 +319,12 @@ Frame time_frames(const demo::ComputeDevice& device, const demo::Scene& scene, c
 }
 
 bool run_rays_and_fills(const demo::ComputeDevice& device) {
-    std::printf(
-        "| scene | rays | number | ms | G rays/s | differ from Embree's |\n|---|---|--:|--:|--:|--:|\n");
-    bool are_same = time_rays(device, demo::make_park());
-    are_same &= time_rays(device, demo::make_rooms());
+    std::printf("| scene | rays | how | number | ms | G rays/s | differ from Embree's "
+                "|\n|---|---|---|--:|--:|--:|--:|\n");
+    bool are_same = true;
+    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms()})
+        for (const demo::ComputeDevice& one : bench::by_each_traversal(device))
+            are_same &= time_rays(one, scene);
     std::printf(
         "\n| scene | to fill | words | rays | links that the host has traced | dispatches | listing: ms "
         "| by the device: ms | of that shaders: ms | storing: ms | by Embree, on all threads: ms | words "

@@ -29,3 +29,18 @@ function(lightmesh_add_shader target source)
     target_sources(${target} PRIVATE ${words})
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
 endfunction()
+
+# lightmesh_add_ray_shader(TARGET SOURCE [NAME name] [DEFINES NAME=VALUE ...]): compiles a shader that includes rays.glsl
+# twice, as above: for devices with ray queries with RAY_QUERIES defined. The target finds both as
+#     #include "spirv/name.hpp"     // demo::spirv::name, a demo::RayShader
+# The name, a C++ identifier, is that of the source without .comp if none is given.
+function(lightmesh_add_ray_shader target source)
+    cmake_parse_arguments(PARSE_ARGV 2 shader "" "NAME" "DEFINES")
+    if(NOT shader_NAME)
+        get_filename_component(shader_NAME ${source} NAME_WE)
+    endif()
+    lightmesh_add_shader(${target} ${source} NAME ${shader_NAME}_by_bvh DEFINES ${shader_DEFINES})
+    lightmesh_add_shader(${target} ${source} NAME ${shader_NAME}_by_ray_queries DEFINES ${shader_DEFINES} RAY_QUERIES)
+    configure_file(${PROJECT_SOURCE_DIR}/cmake/ray_shader.hpp.in
+                   ${CMAKE_CURRENT_BINARY_DIR}/spirv/${shader_NAME}.hpp @ONLY)
+endfunction()

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "each_traversal.hpp"
 #include "gpu/compute.hpp"
 #include "watched_device.hpp"
 
@@ -50,8 +51,8 @@ TEST_CASE("compute: kernels see the buffers, the push constants and what those b
     const demo::ComputeBuffer seen(device, std::as_bytes(std::span(values)));
     const demo::ComputeBuffer uniform(device, std::as_bytes(std::span(factors)));
     const std::array bindings{
-        demo::ComputeBinding{.set = 0, .binding = 1, .buffer = seen},
-        demo::ComputeBinding{.set = 1, .binding = 0, .buffer = uniform, .is_uniform = true}};
+        demo::ComputeBinding{.set = 0, .binding = 1, .resource = seen},
+        demo::ComputeBinding{.set = 1, .binding = 0, .resource = uniform, .is_uniform = true}};
     const demo::ComputeKernel kernel(device, multiply, bindings, 4);
     const std::array<std::uint32_t, 2> added{7, 11};
     const auto bytes = std::as_bytes(std::span(added));
@@ -92,13 +93,13 @@ TEST_CASE("compute: kernels see the buffers, the push constants and what those b
     }
     SUBCASE("another buffer takes the place of one; it begins with zeros") {
         const demo::ComputeBuffer other(device, 12);
-        kernel.bind({.set = 0, .binding = 1, .buffer = other});
+        kernel.bind({.set = 0, .binding = 1, .resource = other});
         device.run([&](const demo::ComputeCommands& commands) {
             commands.dispatch(kernel, 1, 1, 1, bytes.first(4));
         });
         CHECK(other.read_all<std::uint32_t>() == std::vector<std::uint32_t>{7, 7, 7});
         CHECK(seen.read_all<std::uint32_t>() == found);
-        CHECK_THROWS_AS(kernel.bind({.set = 0, .binding = 5, .buffer = other}), std::out_of_range);
+        CHECK_THROWS_AS(kernel.bind({.set = 0, .binding = 5, .resource = other}), std::out_of_range);
     }
     SUBCASE("words are filled, and workgroups counted by the device") {
         const std::array<std::uint32_t, 3> counts{1, 1, 1};
@@ -132,19 +133,36 @@ TEST_CASE("compute: what a device cannot do is said in one sentence that names i
 
     const demo::ComputeBuffer buffer(device, 16);
     const std::array bindings{
-        demo::ComputeBinding{.set = 0, .binding = 1, .buffer = buffer},
-        demo::ComputeBinding{.set = 1, .binding = 0, .buffer = buffer, .is_uniform = true}};
+        demo::ComputeBinding{.set = 0, .binding = 1, .resource = buffer},
+        demo::ComputeBinding{.set = 1, .binding = 0, .resource = buffer, .is_uniform = true}};
     const demo::ComputeKernel kernel(device, multiply, bindings, 4);
     CHECK(names_device(message_of([&] {
         device.run([&](const demo::ComputeCommands& commands) { commands.dispatch(kernel, 1, 0xffffffffu); });
     })));
     CHECK(names_device(message_of([&] { demo::ComputeKernel(device, multiply, bindings, 1 << 20); })));
     const std::vector<demo::ComputeBinding> many(
-        std::size_t{1} << 21, demo::ComputeBinding{.set = 0, .binding = 0, .buffer = buffer});
+        std::size_t{1} << 21, demo::ComputeBinding{.set = 0, .binding = 0, .resource = buffer});
     CHECK(names_device(message_of([&] { demo::ComputeKernel(device, multiply, many); })));
     const std::string no_device = message_of([] { demo::ComputeDevice({.device = "no such device"}); });
     CHECK(contains(no_device, "no such device"));
     CHECK(contains(no_device, device.name()));
+}
+
+TEST_CASE("compute: ray queries are there if they are wanted, or said to be lacking") {
+    CHECK(!demo::ComputeDevice({.ray_queries = false}).has_ray_queries());
+    const demo::ComputeDevice device;
+    CHECK(device.has_ray_queries() == (!device.is_cpu() && test::there_are_ray_queries()));
+    if (test::there_are_ray_queries())
+        CHECK(demo::ComputeDevice({.ray_queries = true}).has_ray_queries());
+    else
+        CHECK(message_of([] { demo::ComputeDevice({.ray_queries = true}); }) ==
+              "Vulkan: " + device.name() + " has no ray queries");
+
+    const demo::ComputeDevice without({.ray_queries = false});
+    const demo::ComputeBuffer vertices(without, 36);
+    const std::array<std::uint32_t, 3> corners{0, 1, 2};
+    CHECK(message_of([&] { demo::ComputeTriangles(without, vertices, 12, corners, {}); }) ==
+          "Vulkan: " + without.name() + " was opened without ray queries");
 }
 
 }  // namespace gpu_compute_test

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "each_traversal.hpp"
 #include "gpu/cache_fill.hpp"
 #include "gpu/compute.hpp"
 #include "gpu/gpu_rays.hpp"
@@ -336,7 +337,7 @@ TEST_CASE("gpu frame: a BVH that is fitted to triangles that have moved holds th
 }
 
 TEST_CASE("gpu frame: random rays meet what they meet in Embree") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     std::vector<demo::Scene> scenes{demo::make_spheres(), demo::make_rooms(), demo::make_park()};
     scenes.push_back(demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"));
     scenes.push_back(demo::make_spheres());
@@ -353,7 +354,7 @@ TEST_CASE("gpu frame: random rays meet what they meet in Embree") {
 }
 
 TEST_CASE("gpu frame: links and long tests and rays to lamps that shaders trace say what Embree says") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     std::vector<demo::Scene> scenes{demo::make_spheres(), demo::make_rooms(), demo::make_park()};
     // Surfaces that let light through by a hash of a segment's ends: these must be the same to the bit.
     scenes.push_back(demo::import_scene(LIGHTMESH_FIELD "/bulb-pane-mask/pane.gltf"));
@@ -427,7 +428,7 @@ TEST_CASE("gpu frame: one triangle, and rays along the axes") {
     scene.positions = {{0.0f, 0.0f, 1.0f}, {4.0f, 0.0f, 1.0f}, {0.0f, 4.0f, 1.0f}};
     scene.normals.clear();
     scene.triangles = {{{0, 1, 2}, 0}};
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     const demo::EmbreeScene embree(scene);
     const demo::GpuScene copy(device, embree);
     demo::GpuRays rays(device, copy);
@@ -448,13 +449,13 @@ TEST_CASE("gpu frame: one triangle, and rays along the axes") {
 }
 
 TEST_CASE("gpu frame: pictures of the built-in scenes are those of the CPU") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms(), demo::make_spheres()})
         check_same_picture(device, scene, "whitted", small_picture());
 }
 
 TEST_CASE("gpu frame: pictures far from the origin are those of the CPU") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     demo::Scene scene = demo::make_spheres();
     const glm::vec3 away(300.0f, -200.0f, 100.0f);
     for (glm::vec3& position : scene.positions)
@@ -471,7 +472,7 @@ TEST_CASE("gpu frame: pictures far from the origin are those of the CPU") {
 }
 
 TEST_CASE("gpu frame: textures, masks, glass, mirrors, colours of vertices and lights of all kinds") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     for (const char* file : {"bulb-pane-mask/pane.gltf", "bulb-pane-mask/bulb-glass.gltf",
                              "emissive-texture/emissive-texture.gltf", "vertex-colours/vertex-colours.gltf",
                              "exposure/spot.gltf", "range-and-cone/L-cone0.gltf"}) {
@@ -482,7 +483,7 @@ TEST_CASE("gpu frame: textures, masks, glass, mirrors, colours of vertices and l
 }
 
 TEST_CASE("gpu frame: lamps with sizes, several rays a pixel, the filmic curve, an orthographic view") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     demo::RenderOptions options;
     options.width = 80;
     options.height = 60;
@@ -504,7 +505,7 @@ TEST_CASE("gpu frame: lamps with sizes, several rays a pixel, the filmic curve, 
 }
 
 TEST_CASE("gpu frame: light meshes on all levels, and caches, filled as shaders ask") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     demo::RenderOptions options;
     options.width = 40;
     options.height = 30;
@@ -535,7 +536,7 @@ TEST_CASE("gpu frame: light meshes by maps and volumes, and seen through a cache
 }
 
 TEST_CASE("gpu frame: the exact short test by rays of shaders, long tests by these and by the host") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     demo::RenderOptions options;
     options.width = 24;
     options.height = 18;
@@ -709,7 +710,7 @@ TEST_CASE("gpu frame: what one picture has found another one begins with, on hos
 }
 
 TEST_CASE("gpu frame: in films pictures are those of a new renderer to the bit") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device(test::each_traversal());
     demo::RenderOptions options;
     options.width = 16;
     options.height = 12;
@@ -781,13 +782,13 @@ TEST_CASE("gpu frame: where an update fails the shadow maps of before are there"
 }
 
 TEST_CASE("gpu frame: of a film's scene only what has moved is written") {
-    const demo::ComputeDevice device;
+    const demo::ComputeDevice device({.ray_queries = false});
     demo::Film film(demo::animate_park());
     demo::EmbreeScene embree(film.scene(), demo::EmbreeScene::For::films);
     demo::GpuScene copy(device, embree);
     std::size_t all = 0;
     for (const demo::ComputeBinding& binding : copy.bindings())
-        all += binding.buffer.size();
+        all += binding.buffer().size();
     demo::SceneChange change = film.go_to(1.0);
     REQUIRE(change.changes_triangles());
     embree.update(change);
@@ -799,8 +800,8 @@ TEST_CASE("gpu frame: of a film's scene only what has moved is written") {
 
     const demo::GpuScene anew(device, embree);
     for (const std::size_t i : {0u, 3u, 4u, 5u, 6u})  // all but the tree, which has another shape
-        CHECK(copy.bindings()[i].buffer.read_all<std::uint32_t>() ==
-              anew.bindings()[i].buffer.read_all<std::uint32_t>());
+        CHECK(copy.bindings()[i].buffer().read_all<std::uint32_t>() ==
+              anew.bindings()[i].buffer().read_all<std::uint32_t>());
 }
 
 TEST_CASE("gpu frame: normals that turn where no corner moves are written") {
@@ -812,12 +813,12 @@ TEST_CASE("gpu frame: normals that turn where no corner moves are written") {
     scene.normals.back() = -scene.normals.back();
     copy.update(embree, {});
     const demo::GpuScene anew(device, embree);
-    CHECK(copy.bindings()[4].buffer.read_all<std::uint32_t>() ==
-          anew.bindings()[4].buffer.read_all<std::uint32_t>());
+    CHECK(copy.bindings()[4].buffer().read_all<std::uint32_t>() ==
+          anew.bindings()[4].buffer().read_all<std::uint32_t>());
 }
 
 TEST_CASE("gpu frame: clean under the validation layers, by each shader and after an update") {
-    test::WatchedDevice watched;
+    test::WatchedDevice watched(test::each_traversal());
     demo::Film film(demo::animate_spheres());
     demo::EmbreeScene embree(film.scene(), demo::EmbreeScene::For::films);
     demo::RenderOptions options;
@@ -844,7 +845,16 @@ TEST_CASE("gpu frame: clean under the validation layers, by each shader and afte
         const demo::SceneChange change = film.go_to(time += 0.25);
         embree.update(change);
         renderer.update(embree, change);
+        renderer.render(statistics);
+        CHECK(statistics.finished);
     }
+    const demo::GpuScene copy(watched.device, embree);
+    const std::vector<Segment> segments = random_segments(film.scene(), 64);
+    demo::GpuRays rays(watched.device, copy);
+    CHECK(rays.closest(segments).size() == segments.size());
+    CHECK(rays.let_through(segments).size() == segments.size());
+    std::vector<std::uint8_t> hit(segments.size());
+    demo::SegmentRays(watched.device, copy)(segments, hit, nullptr);
     for (const std::string& message : watched.messages)
         FAIL_CHECK(message);
 }
@@ -916,12 +926,28 @@ TEST_CASE("lightmesh-render picture --on gpu: a picture and its table, the CPU's
     }
 
     const auto check_refused = [&](const std::string& arguments, const std::string& part) {
-        const test::Finished ran = render("--on gpu -o " + file("none.png") + " " + arguments);
+        const test::Finished ran = render("-o " + file("none.png") + " " + arguments);
         CHECK(ran.status != 0);
         CHECK_MESSAGE(ran.errors.find(part) != std::string::npos, ran.errors);
         CHECK(ran.errors.starts_with("lightmesh-render: "));
     };
-    check_refused("-a whitted --device none-such", "no device \"none-such\"");
+    check_refused("--on gpu -a whitted --device none-such", "no device \"none-such\"");
+    check_refused("--on gpu -a whitted --gpu-rays guess", "--gpu-rays");
+    check_refused("--on cpu -a whitted --gpu-rays bvh", "--gpu-rays is for --on gpu, not for --on cpu");
+    REQUIRE(render("-a whitted -o " + file("cpu.png")).status == 0);
+    for (const std::string how : {"bvh", "queries"}) {
+        CAPTURE(how);
+        if (how == "queries" && !test::there_are_ray_queries()) {
+            check_refused("--on gpu -a whitted --gpu-rays queries", "has no ray queries");
+            continue;
+        }
+        const test::Finished made =
+            render("-a whitted --on gpu --gpu-rays " + how + " -o " + file("gpu.png"));
+        REQUIRE_MESSAGE(made.status == 0, made.errors);
+        CHECK((made.output.find(", ray queries") != std::string::npos) == (how == "queries"));
+        CHECK(demo::share_beyond_one_step(demo::read_png(folder / "gpu.png"),
+                                          demo::read_png(folder / "cpu.png")) <= 0.001);
+    }
     CHECK_FALSE(std::filesystem::exists(folder / "none.png"));
 }
 

@@ -474,7 +474,7 @@ TEST_CASE("gpu mesh: links end where the CPU's do, on all levels, far from the o
                 device.run([&](const demo::ComputeCommands& commands) {
                     commands.dispatch(kernel, (count + 63) / 64, 1, 1, std::as_bytes(std::span(&count, 1)));
                 });
-                bindings.back().buffer.read(0, std::as_writable_bytes(open));
+                bindings.back().buffer().read(0, std::as_writable_bytes(open));
                 std::uint64_t differing = 0;
                 for (std::size_t i = 0; i < words.size(); ++i)
                     for (int p = 0; p < 64; ++p)

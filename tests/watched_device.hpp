@@ -11,13 +11,20 @@ namespace test {
 /// A device under the validation layers, and what these say. Needs a Vulkan driver (Mesa's lavapipe will do)
 /// and the layers.
 struct WatchedDevice {
-    WatchedDevice() = default;
+    explicit WatchedDevice(const demo::ComputeOptions& options = {}) : device(watched(options)) {}
     WatchedDevice(const WatchedDevice&) = delete;
 
     std::vector<std::string> messages;
-    demo::ComputeDevice device{{.validate = true, .on_message = [this](const std::string& text) {
-                                    messages.push_back(text);
-                                }}};
+    demo::ComputeDevice device;
+
+private:
+    demo::ComputeOptions watched(demo::ComputeOptions options) {
+        options.validate = true;
+        options.on_message = [this](const std::string& text) {
+            messages.push_back(text);
+        };
+        return options;
+    }
 };
 
 }  // namespace test

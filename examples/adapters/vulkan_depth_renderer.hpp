@@ -215,17 +215,29 @@ inline std::uint32_t family_for(const vk::raii::PhysicalDevice& device, vk::Queu
     return static_cast<std::uint32_t>(found - families.begin());
 }
 
+/// Extensions of a device beyond Vulkan 1.1, and the features to turn on.
+struct Extensions {
+    std::vector<const char*> names;
+    const void* features = nullptr;  ///< a chain, which must live until the device is open
+};
+
 /// A device with one queue. Keep it where it is: others point to it.
 struct Device {
-    explicit Device(VulkanDepthOptions chosen, vk::QueueFlagBits work = vk::QueueFlagBits::eGraphics)
+    /// `extend(physical)`: the `Extensions` to open the chosen device with.
+    template <class Extend>
+    Device(VulkanDepthOptions chosen, vk::QueueFlagBits work, Extend&& extend)
         : options(std::move(chosen)), context(load()), instance(make_instance(context, options)),
           physical(choose_device(instance, options.device)), family(family_for(physical, work)),
-          device(make_device()), queue(device, family, 0), commands(make_pool()) {
+          device(make_device(while_opening([&] { return extend(physical); }))), queue(device, family, 0),
+          commands(make_pool()) {
         if (options.validate)
-            in_words(name_of(physical), "when it was opened",
-                     [&] { messenger.emplace(instance, messenger_info(options)); });
+            while_opening([&] { messenger.emplace(instance, messenger_info(options)); });
     }
+    explicit Device(VulkanDepthOptions chosen)
+        : Device(std::move(chosen), vk::QueueFlagBits::eGraphics,
+                 [](const vk::raii::PhysicalDevice&) { return Extensions{}; }) {}
     Device(const Device&) = delete;
+    Device& operator=(const Device&) = delete;
 
     VulkanDepthOptions options;
     vk::raii::Context context;
@@ -265,16 +277,24 @@ struct Device {
     }
 
 private:
-    vk::raii::Device make_device() const {
+    template <class Act>
+    auto while_opening(Act&& act) const {
+        return in_words(name_of(physical), "when it was opened", std::forward<Act>(act));
+    }
+
+    vk::raii::Device make_device(const Extensions& extensions) const {
         const float priority = 1.0f;
         const vk::DeviceQueueCreateInfo one_queue({}, family, 1, &priority);
-        return in_words(name_of(physical), "when it was opened", [&] {
-            return vk::raii::Device(physical, vk::DeviceCreateInfo().setQueueCreateInfos(one_queue));
+        return while_opening([&] {
+            return vk::raii::Device(physical, vk::DeviceCreateInfo()
+                                                  .setQueueCreateInfos(one_queue)
+                                                  .setPEnabledExtensionNames(extensions.names)
+                                                  .setPNext(extensions.features));
         });
     }
 
     vk::raii::CommandPool make_pool() const {
-        return in_words(name_of(physical), "when it was opened", [&] {
+        return while_opening([&] {
             return vk::raii::CommandPool(
                 device, vk::CommandPoolCreateInfo(vk::CommandPoolCreateFlagBits::eTransient, family));
         });
@@ -285,7 +305,8 @@ private:
 struct Buffer {
     Buffer(const Device& on, std::size_t size, vk::BufferUsageFlags usage, vk::MemoryPropertyFlags needed,
            vk::MemoryPropertyFlags wished)
-        : buffer(on.device, vk::BufferCreateInfo({}, size, usage)), memory(allocate(on, needed, wished)) {
+        : buffer(on.device, vk::BufferCreateInfo({}, size, usage)),
+          memory(allocate(on, usage, needed, wished)) {
         buffer.bindMemory(*memory, 0);
     }
 
@@ -293,12 +314,15 @@ struct Buffer {
     vk::raii::DeviceMemory memory;
 
 private:
-    vk::raii::DeviceMemory allocate(const Device& on, vk::MemoryPropertyFlags needed,
-                                    vk::MemoryPropertyFlags wished) const {
+    vk::raii::DeviceMemory allocate(const Device& on, vk::BufferUsageFlags usage,
+                                    vk::MemoryPropertyFlags needed, vk::MemoryPropertyFlags wished) const {
         const auto requirements = buffer.getMemoryRequirements();
-        return {on.device,
-                vk::MemoryAllocateInfo(requirements.size,
-                                       on.memory_type(requirements.memoryTypeBits, needed, wished))};
+        const vk::MemoryAllocateFlagsInfo with_address(vk::MemoryAllocateFlagBits::eDeviceAddress);
+        auto info = vk::MemoryAllocateInfo(requirements.size,
+                                           on.memory_type(requirements.memoryTypeBits, needed, wished));
+        if (usage & vk::BufferUsageFlagBits::eShaderDeviceAddress)
+            info.setPNext(&with_address);
+        return {on.device, info};
     }
 };
 
@@ -462,11 +486,11 @@ public:
     }
 
     /// The device that was chosen.
-    std::string device_name() const { return vulkan::name_of(state_->on.physical); }
+    std::string device_name() const { return vulkan::name_of(state_->on->physical); }
 
     /// Its largest picture.
     int largest_resolution() const {
-        const auto limits = state_->on.physical.getProperties().limits;
+        const auto limits = state_->on->physical.getProperties().limits;
         return static_cast<int>((std::min)(
             {limits.maxImageDimension2D, limits.maxFramebufferWidth, limits.maxFramebufferHeight}));
     }
@@ -501,10 +525,10 @@ private:
     struct State {
         State(std::unique_ptr<const vulkan::Device> device, std::span<const glm::vec3> positions,
               std::span<const std::uint32_t> triangles)
-            : opened(std::move(device)), on(*opened), pass(vulkan::make_pass(on)),
-              layout(vulkan::make_layout(on)), pipeline(vulkan::make_pipeline(on, pass, layout)),
-              vertices(vulkan::upload(on, std::as_bytes(positions), vk::BufferUsageFlagBits::eVertexBuffer)),
-              indices(vulkan::upload(on, std::as_bytes(triangles), vk::BufferUsageFlagBits::eIndexBuffer)),
+            : on(std::move(device)), pass(vulkan::make_pass(*on)), layout(vulkan::make_layout(*on)),
+              pipeline(vulkan::make_pipeline(*on, pass, layout)),
+              vertices(vulkan::upload(*on, std::as_bytes(positions), vk::BufferUsageFlagBits::eVertexBuffer)),
+              indices(vulkan::upload(*on, std::as_bytes(triangles), vk::BufferUsageFlagBits::eIndexBuffer)),
               index_count(static_cast<std::uint32_t>(triangles.size())), bounds{positions[triangles[0]],
                                                                                 positions[triangles[0]]} {
             for (const std::uint32_t i : triangles) {
@@ -518,9 +542,9 @@ private:
             const auto side = static_cast<std::uint32_t>(views.front().resolution);
             if (!target || target->resolution != side || target->views < views.size()) {
                 target.reset();
-                target.emplace(on, pass, side, views.size());
+                target.emplace(*on, pass, side, views.size());
             }
-            on.run([&](const vk::raii::CommandBuffer& commands) {
+            on->run([&](const vk::raii::CommandBuffer& commands) {
                 begin(commands);
                 for (std::size_t i = 0; i < views.size(); ++i)
                     draw(commands, views[i], i);
@@ -571,8 +595,7 @@ private:
         }
 
         std::mutex busy;
-        std::unique_ptr<const vulkan::Device> opened;
-        const vulkan::Device& on;
+        std::unique_ptr<const vulkan::Device> on;
         vk::raii::RenderPass pass;
         vk::raii::PipelineLayout layout;
         vk::raii::Pipeline pipeline;

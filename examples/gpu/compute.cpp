@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "compute.hpp"
 
-#include "../adapters/vulkan_depth_renderer.hpp"
 #include "../render/stopwatch.hpp"
+#include "compute_state.hpp"
+#include "compute_triangles.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -11,23 +12,11 @@
 #include <optional>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 namespace demo {
 
 namespace {
-
-constexpr vk::BufferUsageFlags usage_of_buffers =
-    vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eUniformBuffer |
-    vk::BufferUsageFlagBits::eIndirectBuffer | vk::BufferUsageFlagBits::eTransferSrc |
-    vk::BufferUsageFlagBits::eTransferDst;
-
-/// Copies between host and device go through so many bytes at a time.
-constexpr std::size_t staging_bytes = std::size_t{16} << 20;
-
-template <class Act>
-auto in_words(const vulkan::Device& on, const std::string& what, Act&& act) {
-    return vulkan::in_words(vulkan::name_of(on.physical), what, std::forward<Act>(act));
-}
 
 vk::MemoryBarrier everything_before() {
     using Access = vk::AccessFlagBits;
@@ -47,65 +36,16 @@ void wait_for_everything_before(const vk::raii::CommandBuffer& commands) {
 
 // ---- the device
 
-/// A shader made ready, for any buffers of its bindings.
-struct ComputeProgram {
-    std::vector<vk::raii::DescriptorSetLayout> sets;
-    std::optional<vk::raii::PipelineLayout> layout;
-    std::optional<vk::raii::Pipeline> pipeline;
-};
-
-struct ComputeDevice::State {
-    explicit State(const ComputeOptions& options)
-        : on({.device = options.device, .validate = options.validate, .on_message = options.on_message},
-             vk::QueueFlagBits::eCompute),
-          limits(on.physical.getProperties().limits) {
-        if (on.physical.getProperties().apiVersion < VK_API_VERSION_1_1)
-            throw std::runtime_error("Vulkan: " + vulkan::name_of(on.physical) + " is older than Vulkan 1.1");
-        if (on.physical.getQueueFamilyProperties()[on.family].timestampValidBits != 0)
-            in_words(on, "when it was opened", [&] {
-                clock.emplace(on.device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
-            });
-    }
-
-    const vulkan::HostBuffer& staging() {
-        if (!staging_buffer)
-            staging_buffer.emplace(on, staging_bytes,
-                                   vk::BufferUsageFlagBits::eTransferSrc |
-                                       vk::BufferUsageFlagBits::eTransferDst);
-        return *staging_buffer;
-    }
-
-    /// The program of a key, which make() makes if there is none yet: on several threads at once, if they ask
-    /// for it together.
-    template <class Make>
-    std::shared_ptr<const ComputeProgram> program_of(std::vector<std::uint32_t> key, Make&& make) {
-        {
-            const std::scoped_lock lock(programs_busy);
-            if (const auto found = programs.find(key); found != programs.end())
-                return found->second;
-        }
-        std::shared_ptr<const ComputeProgram> made = make();
-        const std::scoped_lock lock(programs_busy);
-        return programs.try_emplace(std::move(key), std::move(made)).first->second;
-    }
-
-    std::mutex busy;
-    vulkan::Device on;
-    vk::PhysicalDeviceLimits limits;
-    std::optional<vk::raii::QueryPool> clock;
-    std::optional<vulkan::HostBuffer> staging_buffer;
-    /// By all that they are made of. Drivers take seconds to make one; who renders one picture after the
-    /// other has the same kernels again.
-    std::map<std::vector<std::uint32_t>, std::shared_ptr<const ComputeProgram>> programs;
-    std::mutex programs_busy;
-};
-
 struct ComputeCommands::Recording {
     const ComputeDevice::State& state;
     const vk::raii::CommandBuffer& commands;
 };
 
 ComputeDevice::ComputeDevice(const ComputeOptions& options) : state_(std::make_shared<State>(options)) {}
+
+ComputeDevice ComputeDevice::opened_anew(bool ray_queries) const {
+    return ComputeDevice({.device = state_->on.options.device, .ray_queries = ray_queries});
+}
 
 std::string ComputeDevice::name() const {
     return vulkan::name_of(state_->on.physical);
@@ -121,6 +61,10 @@ std::string ComputeDevice::driver() const {
         return std::string(driver.driverName.data()) + " " + driver.driverInfo.data();
     }
     return "driver " + std::to_string(properties.driverVersion);
+}
+
+bool ComputeDevice::has_ray_queries() const {
+    return state_->has_ray_queries;
 }
 
 bool ComputeDevice::is_cpu() const {
@@ -172,36 +116,6 @@ double ComputeDevice::least_time(const std::function<double()>& run) const {
 }
 
 // ---- buffers
-
-struct ComputeBuffer::State {
-    State(const ComputeDevice& on, std::size_t bytes)
-        : device(on), size(bytes), room((std::max)((bytes + 3) / 4 * 4, std::size_t{16})),
-          memory(allocate()) {}
-
-    vulkan::Buffer allocate() const {
-        const vulkan::Device& on = device.state_->on;
-        const std::string what = "asked for a buffer of " + std::to_string(room) + " bytes";
-        if (room > device.largest_buffer())
-            throw std::runtime_error("Vulkan: shaders of " + vulkan::name_of(on.physical) +
-                                     " see buffers of up to " + std::to_string(device.largest_buffer()) +
-                                     " bytes, not of " + std::to_string(room));
-        return in_words(on, what, [&] {
-            return vulkan::Buffer(on, room, usage_of_buffers, vk::MemoryPropertyFlagBits::eDeviceLocal, {});
-        });
-    }
-
-    void check(std::size_t offset, std::size_t bytes) const {
-        if (offset > size || bytes > size - offset)
-            throw std::out_of_range("Vulkan: " + std::to_string(bytes) + " bytes from " +
-                                    std::to_string(offset) + " on are not in a buffer of " +
-                                    std::to_string(size));
-    }
-
-    ComputeDevice device;
-    std::size_t size;
-    std::size_t room;
-    vulkan::Buffer memory;
-};
 
 ComputeBuffer::ComputeBuffer(const ComputeDevice& device, std::size_t size)
     : state_(std::make_shared<State>(device, size)) {
@@ -285,22 +199,24 @@ struct ComputeKernel::State {
 
     void check() const {
         const vk::PhysicalDeviceLimits& limits = device.state_->limits;
-        const auto uniform = static_cast<std::uint32_t>(
-            std::ranges::count_if(bindings, [](const ComputeBinding& b) { return b.is_uniform; }));
-        const auto storage = static_cast<std::uint32_t>(bindings.size()) - uniform;
+        const auto count_of = [&](vk::DescriptorType type) {
+            return static_cast<std::size_t>(std::ranges::count(bindings, type, type_of));
+        };
         const auto require = [&](std::size_t needed, std::size_t limit, const char* what) {
             if (needed > limit)
                 throw std::runtime_error("Vulkan: " + device.name() + " has room for " +
                                          std::to_string(limit) + " " + what + " a shader, not for " +
                                          std::to_string(needed));
         };
-        require(storage, limits.maxPerStageDescriptorStorageBuffers, "storage buffers");
-        require(uniform, limits.maxPerStageDescriptorUniformBuffers, "uniform buffers");
+        require(count_of(vk::DescriptorType::eStorageBuffer), limits.maxPerStageDescriptorStorageBuffers,
+                "storage buffers");
+        require(count_of(vk::DescriptorType::eUniformBuffer), limits.maxPerStageDescriptorUniformBuffers,
+                "uniform buffers");
         require(push_bytes, limits.maxPushConstantsSize, "bytes of push constants");
         for (const ComputeBinding& b : bindings) {
             require(b.set + 1, limits.maxBoundDescriptorSets, "sets of buffers");
             if (b.is_uniform)
-                require(b.buffer.state_->room, limits.maxUniformBufferRange, "bytes of a uniform buffer");
+                require(b.buffer().state_->room, limits.maxUniformBufferRange, "bytes of a uniform buffer");
         }
     }
 
@@ -327,7 +243,7 @@ struct ComputeKernel::State {
     std::vector<std::uint32_t> key_of(std::span<const std::uint32_t> spirv) const {
         std::vector<std::uint32_t> key(spirv.begin(), spirv.end());
         for (const ComputeBinding& b : bindings)
-            key.insert(key.end(), {b.set, b.binding, b.is_uniform ? 1u : 0u});
+            key.insert(key.end(), {b.set, b.binding, static_cast<std::uint32_t>(type_of(b))});
         key.push_back(static_cast<std::uint32_t>(push_bytes));
         return key;
     }
@@ -368,18 +284,27 @@ struct ComputeKernel::State {
     }
 
     void point_to(const ComputeBinding& b) const {
-        const vk::DescriptorBufferInfo whole(*b.buffer.state_->memory.buffer, 0, VK_WHOLE_SIZE);
-        device.state_->on.device.updateDescriptorSets(
-            vk::WriteDescriptorSet(*(*sets)[b.set], b.binding, 0, 1, type_of(b)).setPBufferInfo(&whole),
-            nullptr);
+        vk::WriteDescriptorSet write(*(*sets)[b.set], b.binding, 0, 1, type_of(b));
+        vk::WriteDescriptorSetAccelerationStructureKHR triangles;
+        vk::DescriptorBufferInfo whole;
+        if (const auto* seen = std::get_if<ComputeTriangles>(&b.resource)) {
+            triangles.setAccelerationStructures(*seen->state_->top.handle);
+            write.setPNext(&triangles);
+        } else {
+            whole.setBuffer(*b.buffer().state_->memory.buffer).setRange(VK_WHOLE_SIZE);
+            write.setPBufferInfo(&whole);
+        }
+        device.state_->on.device.updateDescriptorSets(write, nullptr);
     }
 
     static vk::DescriptorType type_of(const ComputeBinding& b) {
+        if (std::holds_alternative<ComputeTriangles>(b.resource))
+            return vk::DescriptorType::eAccelerationStructureKHR;
         return b.is_uniform ? vk::DescriptorType::eUniformBuffer : vk::DescriptorType::eStorageBuffer;
     }
 
     ComputeDevice device;
-    std::vector<ComputeBinding> bindings;  ///< they keep the buffers alive
+    std::vector<ComputeBinding> bindings;  ///< they keep the buffers and triangles alive
     std::size_t push_bytes;
     std::shared_ptr<const ComputeProgram> program;
     std::optional<vk::raii::DescriptorPool> pool;
@@ -392,7 +317,8 @@ ComputeKernel::ComputeKernel(const ComputeDevice& device, std::span<const std::u
 
 void ComputeKernel::bind(const ComputeBinding& binding) const {
     for (ComputeBinding& b : state_->bindings) {
-        if (b.set == binding.set && b.binding == binding.binding && b.is_uniform == binding.is_uniform) {
+        if (b.set == binding.set && b.binding == binding.binding &&
+            State::type_of(b) == State::type_of(binding)) {
             b = binding;
             state_->point_to(b);
             return;

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 /// Compute shaders on a Vulkan 1.1 device: buffers, pipelines, submissions. What fails throws
@@ -27,9 +29,13 @@ struct ComputeOptions {
     bool validate = false;
     /// Called for each warning and error of the layers, where they report it.
     std::function<void(const std::string&)> on_message = {};
+    /// Lets shaders ask ray queries; true where the device has none is an error. nullopt: lets them on a GPU
+    /// that has them, not on a CPU that plays one, which traces rays faster by shaders alone.
+    std::optional<bool> ray_queries = std::nullopt;
 };
 
 class ComputeBuffer;
+class ComputeTriangles;
 class ComputeKernel;
 class ComputeCommands;
 
@@ -37,10 +43,14 @@ class ComputeCommands;
 class ComputeDevice {
 public:
     explicit ComputeDevice(const ComputeOptions& options = {});
+    /// The same device opened anew, with or without ray queries, not validated.
+    ComputeDevice opened_anew(bool ray_queries) const;
 
     std::string name() const;
     /// Its driver with the version, such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
     std::string driver() const;
+    /// True if shaders may ask ray queries.
+    bool has_ray_queries() const;
     /// True if it is a CPU that plays a GPU.
     bool is_cpu() const;
     /// The most bytes of a buffer that a shader can see.
@@ -56,6 +66,7 @@ public:
 
 private:
     friend ComputeBuffer;
+    friend ComputeTriangles;
     friend ComputeKernel;
     friend ComputeCommands;
     struct State;
@@ -68,7 +79,7 @@ struct ComputeWrite {
     std::span<const std::byte> bytes;
 };
 
-/// Memory of the device that shaders see as a storage or as a uniform buffer. Copies are the same memory.
+/// Memory of the device that shaders see. Copies are the same memory.
 class ComputeBuffer {
 public:
     /// Of `size` bytes, all 0; of no bytes there are 16.
@@ -94,18 +105,41 @@ public:
     }
 
 private:
+    friend ComputeTriangles;
     friend ComputeKernel;
     friend ComputeCommands;
     struct State;
     std::shared_ptr<State> state_;
 };
 
-/// The place where a shader sees a buffer.
+/// Triangles that ray queries of shaders meet. Copies are the same triangles.
+class ComputeTriangles {
+public:
+    /// Each by the numbers of three vertices, whose positions are in `vertices`: three floats at the
+    /// beginning of every `bytes_of_vertex` bytes, a multiple of 4. `opaque` ones are the first geometry,
+    /// `others` the second one: of these shaders are asked, once a ray and triangle. Keeps `vertices`. Throws
+    /// std::runtime_error if the device has no ray queries, or takes fewer triangles.
+    ComputeTriangles(const ComputeDevice& device, const ComputeBuffer& vertices, std::size_t bytes_of_vertex,
+                     std::span<const std::uint32_t> opaque, std::span<const std::uint32_t> others);
+
+    /// After vertices have moved.
+    void rebuild() const;
+
+private:
+    friend ComputeKernel;
+    struct State;
+    std::shared_ptr<State> state_;
+};
+
+/// The place where a shader sees a buffer, or triangles.
 struct ComputeBinding {
     std::uint32_t set = 0;
     std::uint32_t binding = 0;
-    ComputeBuffer buffer;
+    std::variant<ComputeBuffer, ComputeTriangles> resource;
     bool is_uniform = false;
+
+    /// Throws std::bad_variant_access if these are triangles.
+    const ComputeBuffer& buffer() const { return std::get<ComputeBuffer>(resource); }
 };
 
 /// A compute shader and the buffers that it sees. Copies are the same kernel.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/gpu_rays.hpp"
 
+#include "spirv/closest.hpp"
+#include "spirv/occluded.hpp"
+
 #include <glm/vec4.hpp>
 
 #include <algorithm>
@@ -11,13 +14,6 @@
 namespace demo {
 
 namespace {
-
-constexpr std::uint32_t closest_words[] = {
-#include "spirv/closest.comp.inc"
-};
-constexpr std::uint32_t occluded_words[] = {
-#include "spirv/occluded.comp.inc"
-};
 
 /// Of a submission.
 constexpr std::uint32_t most_groups = 65535;
@@ -30,8 +26,8 @@ std::vector<ComputeBinding> bindings_of(const ComputeDevice& device, const GpuSc
 }  // namespace
 
 GpuRays::GpuRays(const ComputeDevice& device, const GpuScene& scene)
-    : device_(device), closest_(device, closest_words, bindings_of(device, scene), 8),
-      occluded_(device, occluded_words, bindings_of(device, scene), 8) {}
+    : device_(device), closest_(device, spirv::closest.on(device), bindings_of(device, scene), 8),
+      occluded_(device, spirv::occluded.on(device), bindings_of(device, scene), 8) {}
 
 std::vector<GpuRays::Closest> GpuRays::run(const ComputeKernel& kernel,
                                            std::span<const lightmesh::Segment> segments) {
@@ -43,8 +39,8 @@ std::vector<GpuRays::Closest> GpuRays::run(const ComputeKernel& kernel,
     }
     const ComputeBuffer asked(device_, std::as_bytes(std::span(ends)));
     const ComputeBuffer answers(device_, segments.size() * sizeof(Closest));
-    kernel.bind({.set = 1, .binding = 0, .buffer = asked});
-    kernel.bind({.set = 1, .binding = 1, .buffer = answers});
+    kernel.bind({.set = 1, .binding = 0, .resource = asked});
+    kernel.bind({.set = 1, .binding = 1, .resource = answers});
     const auto ask = [&] {
         return device_.run([&](const ComputeCommands& commands) {
             const auto count = static_cast<std::uint32_t>(segments.size());

@@ -12,7 +12,7 @@
 
 namespace demo {
 
-/// Lists of rays by the shaders' traversal of a scene, for tests and benchmarks of it.
+/// Lists of rays by shaders through a scene, for tests and benchmarks of it.
 class GpuRays {
 public:
     /// The surface that a segment meets first: t from 0 to 1 along it, weights of the triangle's second and

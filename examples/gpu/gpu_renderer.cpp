@@ -8,6 +8,13 @@
 #include "gpu/mesh_shadows.hpp"
 #include "gpu/volume_shadows.hpp"
 #include "render/stopwatch.hpp"
+#include "spirv/shade_area.hpp"
+#include "spirv/shade_cache.hpp"
+#include "spirv/shade_hard.hpp"
+#include "spirv/shade_mesh_16.hpp"
+#include "spirv/shade_mesh_4.hpp"
+#include "spirv/shade_mesh_exact.hpp"
+#include "spirv/trace.hpp"
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -31,29 +38,8 @@ struct BatchWords {
 
 namespace {
 
-constexpr std::uint32_t trace_words[] = {
-#include "spirv/trace.comp.inc"
-};
-constexpr std::uint32_t hard_words[] = {
-#include "spirv/shade_hard.inc"
-};
-constexpr std::uint32_t area_words[] = {
-#include "spirv/shade_area.inc"
-};
 constexpr std::uint32_t host_rows_words[] = {
 #include "spirv/shade_host_rows.inc"
-};
-constexpr std::uint32_t mesh_4_words[] = {
-#include "spirv/shade_mesh_4.inc"
-};
-constexpr std::uint32_t mesh_16_words[] = {
-#include "spirv/shade_mesh_16.inc"
-};
-constexpr std::uint32_t mesh_exact_words[] = {
-#include "spirv/shade_mesh_exact.inc"
-};
-constexpr std::uint32_t cache_words[] = {
-#include "spirv/shade_cache.comp.inc"
 };
 constexpr std::uint32_t finish_words[] = {
 #include "spirv/finish.comp.inc"
@@ -140,18 +126,19 @@ VisibilityOptions with_short_test(VisibilityOptions visibility, const std::strin
     return visibility;
 }
 
-std::span<const std::uint32_t> shader_of(const std::string& algorithm, const VisibilityOptions& visibility) {
+std::span<const std::uint32_t> shader_of(const ComputeDevice& device, const std::string& algorithm,
+                                         const VisibilityOptions& visibility) {
     if (asks_mesh(algorithm)) {
         const lightmesh::Settings settings = with_short_test(visibility, algorithm).settings;
         if (settings.short_test == lightmesh::ShortTest::exact)
-            return mesh_exact_words;
-        return settings.quality <= 4.0f ? std::span<const std::uint32_t>(mesh_4_words) : mesh_16_words;
+            return spirv::shade_mesh_exact.on(device);
+        return (settings.quality <= 4.0f ? spirv::shade_mesh_4 : spirv::shade_mesh_16).on(device);
     }
     if (asks_cache(algorithm))
-        return cache_words;
+        return spirv::shade_cache.on(device);
     if (asks_lookups(algorithm))
         return host_rows_words;
-    return algorithm == "area" ? std::span<const std::uint32_t>(area_words) : hard_words;
+    return (algorithm == "area" ? spirv::shade_area : spirv::shade_hard).on(device);
 }
 
 }  // namespace
@@ -164,8 +151,8 @@ struct GpuRenderer::Parts {
           waiting(on, bytes_of_ray * places_of_rays() * pixels), points(on, bytes_of_point * pixels),
           colours(on, bytes_of_colour * pixels), finished(on, 2 * bytes_of_colour * pixels),
           round(on, sizeof(RoundWords)), shadows(shadows_of(algorithm, model, visibility)),
-          trace(on, trace_words, bindings({}), sizeof(BatchWords)),
-          shade(on, shader_of(algorithm, visibility),
+          trace(on, spirv::trace.on(on), bindings({}), sizeof(BatchWords)),
+          shade(on, shader_of(on, algorithm, visibility),
                 bindings(shadows ? shadows->bindings() : std::vector<ComputeBinding>{}), sizeof(BatchWords)),
           finish(on, finish_words, bindings({}), sizeof(BatchWords)) {}
 
@@ -208,7 +195,7 @@ struct GpuRenderer::Parts {
     std::vector<ComputeBinding> bindings(const std::vector<ComputeBinding>& more) const {
         std::vector<ComputeBinding> made = scene.bindings();
         for (const ComputeBuffer& buffer : {paths, waiting, points, colours, finished, round})
-            made.push_back({.binding = static_cast<std::uint32_t>(made.size()), .buffer = buffer});
+            made.push_back({.binding = static_cast<std::uint32_t>(made.size()), .resource = buffer});
         made.insert(made.end(), more.begin(), more.end());
         return made;
     }

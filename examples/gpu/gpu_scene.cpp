@@ -5,6 +5,7 @@
 #include "gpu/wide_bvh.hpp"
 #include "render/lamps.hpp"
 #include "render/view.hpp"
+#include "scene/surface.hpp"
 
 #include <glm/vec4.hpp>
 
@@ -13,8 +14,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <optional>
 #include <span>
 #include <utility>
+#include <variant>
 
 namespace demo {
 
@@ -102,35 +106,77 @@ std::vector<float> sizes_of(const EmbreeScene& scene, const VisibilityOptions& v
 /// Numbers of bindings.
 enum Place : std::size_t { frame_place, nodes, triangles, corners, vertices, tables, texels };
 
+/// A scene's triangles in the order of ray_queries.glsl.
+class QueriedTriangles {
+public:
+    explicit QueriedTriangles(const Scene& scene) {
+        std::vector<std::uint32_t> of_others;
+        numbers_.push_back(0);
+        for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
+            const Triangle& triangle = scene.triangles[i];
+            const bool is_opaque = !may_let_light_through(scene.materials[triangle.material]);
+            (is_opaque ? numbers_ : of_others).push_back(i);
+            std::vector<std::uint32_t>& vertices_of_kind = is_opaque ? opaque_ : others_;
+            vertices_of_kind.insert(vertices_of_kind.end(), std::begin(triangle.vertex),
+                                    std::end(triangle.vertex));
+        }
+        numbers_[0] = static_cast<std::uint32_t>(numbers_.size() - 1);
+        numbers_.insert(numbers_.end(), of_others.begin(), of_others.end());
+    }
+
+    ComputeTriangles on(const ComputeDevice& device, const ComputeBuffer& vertex_words,
+                        std::size_t bytes_of_vertex) const {
+        return {device, vertex_words, bytes_of_vertex, opaque_, others_};
+    }
+
+    /// How many are opaque, the scene's numbers of these, and of the others.
+    const std::vector<std::uint32_t>& numbers() const { return numbers_; }
+
+private:
+    std::vector<std::uint32_t> numbers_;
+    std::vector<std::uint32_t> opaque_;  ///< three vertices each
+    std::vector<std::uint32_t> others_;
+};
+
 }  // namespace
 
 /// All that the device has, but for textures.
 struct GpuScene::Copy {
     VisibilityOptions visibility;
     RenderOptions options;
-    WideBvh bvh;
     SceneWords words;
+    WideBvh bvh;                                  ///< of nothing, where there are ray queries
+    std::optional<ComputeTriangles> for_queries;  ///< only there
 };
 
 GpuScene::GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& visibility,
                    const RenderOptions& options)
-    : copy_(std::make_unique<Copy>(Copy{visibility, options, build_wide_bvh(scene.scene()),
-                                        words_of(scene.scene(), sizes_of(scene, visibility))})) {
-    const WideBvh& bvh = copy_->bvh;
+    : copy_(std::make_unique<Copy>(
+          Copy{visibility, options, words_of(scene.scene(), sizes_of(scene, visibility)), {}, {}})) {
     SceneWords& words = copy_->words;
     const FrameWords frame = frame_of(scene, words, visibility, options);
-    const auto add = [&](std::span<const std::byte> bytes) {
+    const ComputeBuffer vertex_words(device, bytes_in(words.vertices));
+    const auto add = [&](std::variant<ComputeBuffer, ComputeTriangles> resource) {
         const auto place = static_cast<std::uint32_t>(bindings_.size());
         bindings_.push_back(
-            {.set = 0, .binding = place, .buffer = ComputeBuffer(device, bytes), .is_uniform = place == 0});
+            {.set = 0, .binding = place, .resource = std::move(resource), .is_uniform = place == 0});
     };
-    add(std::as_bytes(std::span(&frame, 1)));
-    add(bytes_in(bvh.nodes));
-    add(bytes_in(bvh.triangles));
-    add(bytes_in(words.corners));
-    add(bytes_in(words.vertices));
-    add(bytes_in(words.tables));
-    add(bytes_in(words.texels));
+    add(ComputeBuffer(device, std::as_bytes(std::span(&frame, 1))));
+    if (device.has_ray_queries()) {
+        require_no_instances(scene.scene(), "a GPU");
+        const QueriedTriangles queried(scene.scene());
+        copy_->for_queries = queried.on(device, vertex_words, words.words_of_vertex * sizeof(float));
+        add(*copy_->for_queries);
+        add(ComputeBuffer(device, bytes_in(queried.numbers())));
+    } else {
+        copy_->bvh = build_wide_bvh(scene.scene());
+        add(ComputeBuffer(device, bytes_in(copy_->bvh.nodes)));
+        add(ComputeBuffer(device, bytes_in(copy_->bvh.triangles)));
+    }
+    add(ComputeBuffer(device, bytes_in(words.corners)));
+    add(vertex_words);
+    add(ComputeBuffer(device, bytes_in(words.tables)));
+    add(ComputeBuffer(device, bytes_in(words.texels)));
     words.texels = {};
 }
 
@@ -140,7 +186,7 @@ std::size_t GpuScene::update(const EmbreeScene& scene, const SceneChange& change
     Copy& copy = *copy_;
     const auto write = [&](Place place, std::size_t offset, std::span<const std::byte> there,
                            std::span<const std::byte> now) {
-        return write_differences(bindings_[place].buffer, offset, there, now);
+        return write_differences(bindings_[place].buffer(), offset, there, now);
     };
     std::size_t written = 0;
     const std::vector<glm::uvec4> lights = lights_of(scene.scene(), sizes_of(scene, copy.visibility));
@@ -148,26 +194,28 @@ std::size_t GpuScene::update(const EmbreeScene& scene, const SceneChange& change
     const auto of_lights = std::span(copy.words.tables).subspan(lights_at, lights.size());
     written += write(tables, lights_at * sizeof(glm::uvec4), std::as_bytes(of_lights), bytes_in(lights));
     std::ranges::copy(lights, of_lights.begin());
-    if (change.changes_triangles()) {
+    // Normals may turn where no corner moves.
+    std::vector<float> moved = vertices_of(scene.scene());
+    written += write(vertices, 0, bytes_in(copy.words.vertices), bytes_in(moved));
+    copy.words.vertices = std::move(moved);
+    if (change.changes_triangles() && copy.for_queries) {
+        copy.for_queries->rebuild();
+    } else if (change.changes_triangles()) {
         const WideBvh before = copy.bvh;
         fit(copy.bvh, scene.scene());
         written += write(nodes, 0, bytes_in(before.nodes), bytes_in(copy.bvh.nodes));
         written += write(triangles, 0, bytes_in(before.triangles), bytes_in(copy.bvh.triangles));
     }
-    // Normals may turn where no corner moves.
-    std::vector<float> moved = vertices_of(scene.scene());
-    written += write(vertices, 0, bytes_in(copy.words.vertices), bytes_in(moved));
-    copy.words.vertices = std::move(moved);
     const FrameWords frame = frame_of(scene, copy.words, copy.visibility, copy.options);
-    bindings_[frame_place].buffer.write(0, std::as_bytes(std::span(&frame, 1)));
+    bindings_[frame_place].buffer().write(0, std::as_bytes(std::span(&frame, 1)));
     return written + sizeof frame;
 }
 
 std::vector<ComputeBinding> GpuScene::bindings_with(const ComputeBuffer& asked,
                                                     const ComputeBuffer& found) const {
     std::vector<ComputeBinding> made = bindings_;
-    made.push_back({.set = 1, .binding = 0, .buffer = asked});
-    made.push_back({.set = 1, .binding = 1, .buffer = found});
+    made.push_back({.set = 1, .binding = 0, .resource = asked});
+    made.push_back({.set = 1, .binding = 1, .resource = found});
     return made;
 }
 

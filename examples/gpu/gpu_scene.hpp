@@ -24,7 +24,8 @@ public:
     ~GpuScene();
 
     /// After the scene has changed, not into another one, and `scene` was updated: brings what differs to
-    /// the same buffers. The BVH keeps its shape. Returns how many bytes were written.
+    /// the same buffers. A BVH keeps its shape; triangles for ray queries are arranged anew. Returns how many
+    /// bytes were written.
     std::size_t update(const EmbreeScene& scene, const SceneChange& change);
 
     const std::vector<ComputeBinding>& bindings() const { return bindings_; }

@@ -43,8 +43,8 @@ public:
 
     /// The two bindings from `first` on.
     std::vector<ComputeBinding> bindings(std::uint32_t set, std::uint32_t first) const {
-        return {{.set = set, .binding = first, .buffer = rows_},
-                {.set = set, .binding = first + 1, .buffer = answers_}};
+        return {{.set = set, .binding = first, .resource = rows_},
+                {.set = set, .binding = first + 1, .resource = answers_}};
     }
 
 private:

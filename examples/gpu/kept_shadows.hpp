@@ -33,7 +33,7 @@ class KeptShadows : public DeviceShadows {
 public:
     std::vector<ComputeBinding> bindings() const override {
         std::vector<ComputeBinding> made = uploaded_.bindings(set);
-        made.push_back({.set = set, .binding = Upload::requests_binding, .buffer = requests_});
+        made.push_back({.set = set, .binding = Upload::requests_binding, .resource = requests_});
         return made;
     }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/lamp_shares.hpp"
 
+#include "spirv/lamp_shares.hpp"
+
 #include <lightmesh/fill/share_finder.hpp>
 
 #include <algorithm>
@@ -8,10 +10,6 @@
 namespace demo {
 
 namespace {
-
-constexpr std::uint32_t share_words[] = {
-#include "spirv/lamp_shares.comp.inc"
-};
 
 /// As lamp_shares.glsl has it.
 constexpr std::size_t shares_of_group = 4;
@@ -26,7 +24,8 @@ std::size_t shares_at_once(const ComputeDevice& device) {
 LampShares::LampShares(const ComputeDevice& device, const GpuScene& scene)
     : device_(device), work_(device, std::size_t{1} << 20),
       found_(device, lightmesh::most_listed_shares * sizeof(std::uint32_t)),
-      kernel_(device, share_words, scene.bindings_with(work_, found_), sizeof(std::uint32_t)) {}
+      kernel_(device, spirv::lamp_shares.on(device), scene.bindings_with(work_, found_),
+              sizeof(std::uint32_t)) {}
 
 void LampShares::operator()(std::span<const std::byte> work, std::span<std::uint32_t> found,
                             const std::atomic<bool>* cancel) {
@@ -34,7 +33,7 @@ void LampShares::operator()(std::span<const std::byte> work, std::span<std::uint
     check_cancelled(cancel);
     if (work_.size() < work.size()) {
         work_ = ComputeBuffer(device_, (std::max)(work.size(), 2 * work_.size()));
-        kernel_.bind({.set = 1, .binding = 0, .buffer = work_});
+        kernel_.bind({.set = 1, .binding = 0, .resource = work_});
     }
     work_.write(0, work);
     const std::size_t at_once = shares_at_once(device_);

@@ -13,7 +13,7 @@
 
 namespace demo {
 
-/// Shares of lamps by the shaders' traversal of a scene: a `lightmesh::ShareFinder`, for any number of
+/// Shares of lamps by shaders through a scene: a `lightmesh::ShareFinder`, for any number of
 /// threads. They take turns.
 class LampShares {
 public:

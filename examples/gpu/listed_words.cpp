@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/listed_words.hpp"
 
+#include "spirv/link_tests.hpp"
+#include "spirv/long_tests.hpp"
+
 namespace demo {
 
-namespace {
-
-constexpr std::uint32_t link_words[] = {
-#include "spirv/link_tests.comp.inc"
-};
-constexpr std::uint32_t long_test_words[] = {
-#include "spirv/long_tests.comp.inc"
-};
-
-}  // namespace
-
-std::span<const std::uint32_t> LinkKind::shader() {
-    return link_words;
+RayShader LinkKind::shader() {
+    return spirv::link_tests;
 }
 
-std::span<const std::uint32_t> LongTestKind::shader() {
-    return long_test_words;
+RayShader LongTestKind::shader() {
+    return spirv::long_tests;
 }
 
 }  // namespace demo

@@ -4,6 +4,7 @@
 #include "gpu/compute.hpp"
 #include "gpu/device_fill.hpp"
 #include "gpu/gpu_scene.hpp"
+#include "gpu/ray_shader.hpp"
 
 #include <lightmesh/fill/link_list.hpp>
 #include <lightmesh/fill/long_test_list.hpp>
@@ -23,7 +24,7 @@ namespace demo {
 struct LinkKind {
     using Word = lightmesh::LinkWord;
     using Answer = lightmesh::OpenLinks;
-    static std::span<const std::uint32_t> shader();
+    static RayShader shader();
     /// Of a dispatch, as for long tests; of a word there are up to 192 rays, and short ones.
     static constexpr std::size_t at_once = std::size_t{1} << 16;
     static constexpr std::size_t at_once_on_cpu = std::size_t{1} << 11;
@@ -36,7 +37,7 @@ struct LinkKind {
 struct LongTestKind {
     using Word = lightmesh::LongTestWord;
     using Answer = std::uint64_t;
-    static std::span<const std::uint32_t> shader();
+    static RayShader shader();
     /// Of a dispatch: millions of rays on a GPU, about a second of them on a CPU that plays one.
     static constexpr std::size_t at_once = std::size_t{1} << 17;
     static constexpr std::size_t at_once_on_cpu = std::size_t{1} << 12;
@@ -45,7 +46,7 @@ struct LongTestKind {
     }
 };
 
-/// Rays of a light mesh that the host lists in words, by the shaders' traversal of a scene: an answer for
+/// Rays of a light mesh that the host lists in words, by shaders through a scene: an answer for
 /// each word, of the mesh that is bound. `Kind` has their types, a shader that includes listed_words.glsl,
 /// the number of words for a dispatch, and that of a word's rays.
 template <class Kind>
@@ -60,7 +61,7 @@ public:
     ListedWords(const ComputeDevice& device, const GpuScene& scene)
         : device_(device), at_once_(words_at_once(device)), words_(device, at_once_ * sizeof(Word)),
           answers_(device, at_once_ * sizeof(Answer)),
-          kernel_(device, Kind::shader(), bindings_of(scene), sizeof(std::uint32_t)) {}
+          kernel_(device, Kind::shader().on(device), bindings_of(scene), sizeof(std::uint32_t)) {}
 
     /// Which mesh words are of from now on: as `UploadedMesh::bindings` gives it for `set`.
     void bind(std::span<const ComputeBinding> mesh) const {
@@ -104,9 +105,9 @@ private:
         std::vector<ComputeBinding> made = scene.bindings();
         const ComputeBuffer nothing(device_, std::size_t{16});
         for (std::uint32_t i = 0; i <= lightmesh::MeshUpload::requests_binding; ++i)
-            made.push_back({.set = set, .binding = i, .buffer = nothing});
-        made.push_back({.set = set + 1, .binding = 0, .buffer = words_});
-        made.push_back({.set = set + 1, .binding = 1, .buffer = answers_});
+            made.push_back({.set = set, .binding = i, .resource = nothing});
+        made.push_back({.set = set + 1, .binding = 0, .resource = words_});
+        made.push_back({.set = set + 1, .binding = 1, .resource = answers_});
         return made;
     }
 

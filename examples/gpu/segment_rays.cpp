@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "gpu/segment_rays.hpp"
 
+#include "spirv/blocked.hpp"
+
 #include <algorithm>
 #include <vector>
 
@@ -10,10 +12,6 @@ namespace {
 
 using lightmesh::Segment;
 static_assert(sizeof(Segment) == 24, "shaders read six words");
-
-constexpr std::uint32_t blocked_words[] = {
-#include "spirv/blocked.comp.inc"
-};
 
 /// Of a dispatch: a million rays on a GPU, about a second of them on a CPU that plays one.
 std::size_t segments_at_once(const ComputeDevice& device) {
@@ -27,7 +25,8 @@ std::size_t segments_at_once(const ComputeDevice& device) {
 SegmentRays::SegmentRays(const ComputeDevice& device, const GpuScene& scene)
     : device_(device), at_once_(segments_at_once(device)), segments_(device, at_once_ * sizeof(Segment)),
       blocked_(device, at_once_ / 8),
-      kernel_(device, blocked_words, scene.bindings_with(segments_, blocked_), sizeof(std::uint32_t)) {}
+      kernel_(device, spirv::blocked.on(device), scene.bindings_with(segments_, blocked_),
+              sizeof(std::uint32_t)) {}
 
 void SegmentRays::operator()(std::span<const Segment> segments, std::span<std::uint8_t> hit,
                              const std::atomic<bool>* cancel) {

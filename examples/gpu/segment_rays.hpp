@@ -15,7 +15,7 @@
 
 namespace demo {
 
-/// Segments by the shaders' traversal of a scene: a `SegmentTracer`, for any number of threads. They take
+/// Segments by shaders through a scene: a `SegmentTracer`, for any number of threads. They take
 /// turns.
 class SegmentRays {
 public:

@@ -53,11 +53,12 @@ int main() try {
         bytes = mesh.snapshot();
         for (const lightmesh::UploadRange& range : upload.update(lightmesh::SnapshotView(bytes))) {
             demo::ComputeBinding& bound = bindings[range.binding];
-            if (const auto size = upload.buffers()[range.binding].bytes.size(); bound.buffer.size() != size) {
-                bound.buffer = demo::ComputeBuffer(device, size);
+            if (const auto size = upload.buffers()[range.binding].bytes.size();
+                bound.buffer().size() != size) {
+                bound.resource = demo::ComputeBuffer(device, size);
                 kernel.bind(bound);
             }
-            bound.buffer.write(range.offset, range.bytes);
+            bound.buffer().write(range.offset, range.bytes);
         }
     }
 

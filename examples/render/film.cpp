@@ -377,6 +377,7 @@ void check_same_film(Ranks& ranks, const FilmTraits& traits) {
 
 int make_film(const FilmOptions& options, Ranks& ranks) {
     static_cast<void>(interrupted());  // from now on Ctrl-C lets a frame be written
+    check_on_options(options.on, options.visibility);
     const bool is_first = ranks.is_first();
     const Output output = is_first ? output_of(options) : Output{};
     Film film = open_film(options, moving_of(options));
@@ -478,7 +479,7 @@ void add_film_command(CLI::App& program, Ranks& ranks, int& status) {
                      "MB that the cache, or the mesh, of each rank may take: what has gone unused the "
                      "longest is forgotten between frames; default: no limit")
         ->check(finite_positive);
-    add_on_option(*command, options->on);
+    add_on_options(*command, options->on, options->visibility);
     command->add_flag("--overwrite", options->overwrite,
                       "render all frames, where otherwise those of the same film that are there stay");
     add_render_options(*command, *options);

@@ -63,6 +63,15 @@ GpuPicture render_parts(Ranks& ranks, GpuRenderer& renderer, const RenderOptions
     return whole;
 }
 
+/// Beside the name of a device.
+std::string ray_query_note(const ComputeDevice& device) {
+    return device.has_ray_queries() ? ", ray queries" : "";
+}
+
+ComputeOptions device_options(const VisibilityOptions& visibility) {
+    return {.device = visibility.device, .ray_queries = visibility.ray_queries};
+}
+
 }  // namespace
 
 Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const VisibilityOptions& visibility,
@@ -70,9 +79,9 @@ Run run_on_gpu(const std::string& algorithm, const EmbreeScene& scene, const Vis
     Run made = run_begun(algorithm, scene, visibility);
     const Stopwatch stopwatch;
     GpuRenderer::check(algorithm, visibility, options);
-    const ComputeDevice device({.device = visibility.device});
+    const ComputeDevice device(device_options(visibility));
     GpuRenderer renderer(device, algorithm, scene, visibility, options);
-    made.device = device.name();
+    made.device = device.name() + ray_query_note(device);
     made.seconds_preparing = stopwatch.seconds();
     ProgressBar bar(algorithm, progress_elsewhere(ranks));
     GpuPicture picture = ranks.size() > 1
@@ -108,11 +117,11 @@ GpuFrames::GpuFrames(const std::string& algorithm, const VisibilityOptions& visi
                      const RenderOptions& options) {
     GpuRenderer::check(algorithm, visibility, options);
     parts_ = std::make_unique<Parts>(
-        Parts{algorithm, visibility, options, ComputeDevice({.device = visibility.device}), nullptr});
+        Parts{algorithm, visibility, options, ComputeDevice(device_options(visibility)), nullptr});
 }
 
 std::string GpuFrames::device() const {
-    return parts_->device.name() + ", " + parts_->device.driver();
+    return parts_->device.name() + ", " + parts_->device.driver() + ray_query_note(parts_->device);
 }
 
 void GpuFrames::follow(const EmbreeScene& scene, const SceneChange& change) {

@@ -80,10 +80,22 @@ void add_render_options(CLI::App& command, CommonOptions& options) {
     command.add_option("--device", visibility.device, "of Vulkan: its number or a part of its name");
 }
 
-void add_on_option(CLI::App& command, std::string& on) {
+void add_on_options(CLI::App& command, std::string& on, VisibilityOptions& visibility) {
     command.add_option("--on", on, "what renders: the CPU, or compute shaders on --device")
         ->check(CLI::IsMember({"cpu", "gpu"}))
         ->capture_default_str();
+    command
+        .add_option_function<std::string>(
+            "--gpu-rays",
+            [&visibility](const std::string& how) { visibility.ray_queries = how == "queries"; },
+            "how shaders of --on gpu trace rays: by ray queries, or through a BVH of their own; default: by "
+            "queries on a GPU that has them")
+        ->check(CLI::IsMember({"queries", "bvh"}));
+}
+
+void check_on_options(const std::string& on, const VisibilityOptions& visibility) {
+    if (on != "gpu" && visibility.ray_queries)
+        throw std::invalid_argument("--gpu-rays is for --on gpu, not for --on " + on);
 }
 
 void add_tone_option(CLI::App& command, CommonOptions& options) {

@@ -36,8 +36,10 @@ struct CommonOptions : SceneOptions {
 
 /// The options about pictures and machines.
 void add_render_options(CLI::App& command, CommonOptions& options);
-/// Options of what renders.
-void add_on_option(CLI::App& command, std::string& on);
+/// The options of what renders.
+void add_on_options(CLI::App& command, std::string& on, VisibilityOptions& visibility);
+/// Throws std::invalid_argument for some that do not go together.
+void check_on_options(const std::string& on, const VisibilityOptions& visibility);
 /// The curve of PNG files.
 void add_tone_option(CLI::App& command, CommonOptions& options);
 /// The options about the scene itself: file, view, lights, exposure.

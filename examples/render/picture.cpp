@@ -57,6 +57,7 @@ int make_picture(const PictureOptions& options, Ranks& ranks) {
     const std::filesystem::path output =
         options.output.empty() ? scene_name.stem().string() + ".png" : options.output;
     check_mesh_options(options);
+    check_on_options(options.on, options.visibility);
     if (ranks.is_first())
         prepare_files(options, output);
     const Scene scene = ranks.is_first() ? show_scene(options) : open_scene(options);
@@ -110,7 +111,7 @@ void add_picture_command(CLI::App& program, Ranks& ranks, int& status) {
         "begin with what --save-mesh has written, of the same algorithm, scene, lamps, r, q and g");
     command->add_option("--save-mesh", options->saved_mesh,
                         "write the cache or the light mesh to a file (cache, lmm, linked, express)");
-    add_on_option(*command, options->on);
+    add_on_options(*command, options->on, options->visibility);
     add_render_options(*command, *options);
     add_tone_option(*command, *options);
     command->callback([options, &ranks, &status] { status = make_picture(*options, ranks); });

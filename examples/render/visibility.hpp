@@ -94,6 +94,8 @@ struct VisibilityOptions {
     lightmesh::CacheSettings cache{.spacing = 0.0f};
     DepthSource depth = DepthSource::vulkan;
     std::string device;  ///< of Vulkan: an index or a part of its name; empty: the best
+    /// As `ComputeOptions::ray_queries`.
+    std::optional<bool> ray_queries = std::nullopt;
     /// A snapshot that a light mesh with long tests by rays, or a cache of lamps, begins with; empty: none.
     std::vector<std::byte> known{};
     bool keep_snapshot = false;  ///< whether `Run::snapshot` is wanted

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: MIT
 
-// Walks through a WideBvh (wide_bvh.hpp), for rays.glsl. Whoever includes this has `bvh_nodes` and `bvh_triangles`, arrays
-// of uvec4.
+// Walks through a WideBvh (wide_bvh.hpp), for rays.glsl.
+
+layout(std430, set = 0, binding = 1) readonly buffer BvhNodes {
+    uvec4 bvh_nodes[];
+};
+layout(std430, set = 0, binding = 2) readonly buffer BvhTriangles {
+    uvec4 bvh_triangles[];
+};
 
 #define MOST_BVH_DEPTH 32
 
@@ -117,8 +123,8 @@ void bvh_open(float reach, bool is_any, bool from_target) {
 }
 
 // Of triangles that a ray meets in one place the one of the least number counts, whatever the shape of the tree. With
-// `is_any` it is faster to begin at the end that the rays of neighbours share: lanes of a GPU that take one way do it at the
-// price of one.
+// `is_any` it is faster to begin at the end that the rays of neighbours share: lanes of a GPU that take one way do it at
+// the price of one.
 bool ray_walk(vec3 origin, vec3 way, bool is_any, bool from_target, inout RayHit hit, out RayHit next) {
     // A node and then a triangle in each round: lanes that look for a triangle do not wait for each other.
     while (bvh_next != bvh_end) {

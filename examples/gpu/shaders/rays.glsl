@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 
-// Rays through a scene: by ray queries with RAY_QUERIES defined, else through a BVH. Whoever includes this has what
-// ray_queries.glsl or bvh.glsl need, and these two, which are asked only of triangles that light may pass:
+// Rays through a scene, for shaders that include scene.glsl: by ray queries with RAY_QUERIES defined, else through a BVH.
+// scene.glsl has these two, which are asked only of triangles that light may pass:
 //     bool ray_is_hole(uint triangle, float u, float v);      for closest_hit: whether a mask has a hole there
 //     float ray_share(uint triangle, float u, float v);       for the others: the share of light that passes
 // It has those functions that are asked for: RAY_CLOSEST, RAY_SHARE, RAY_OPEN.
@@ -11,13 +11,14 @@ struct RayHit {
     float t, u, v;
 };
 
-// A walk along one ray has these:
+// A walk along one ray:
 //     void ray_begin(vec3 origin, vec3 way, float reach, bool is_any);
 //     bool ray_walk(vec3 origin, vec3 way, bool is_any, bool from_target, inout RayHit hit, out RayHit next);
 // Walks on. True: to `next`, a triangle that light may pass. False: to the end; or with `is_any` to an opaque triangle.
-// Opaque triangles shorten `hit`. `from_target`: the end that the rays of neighbours share is the far one.
+// `hit` is the nearest opaque triangle, or that one, once false is returned. `from_target`: the end that the rays of
+// neighbours share is the far one.
 //     void ray_take(RayHit next, inout RayHit hit);
-// `next`, of a walk that is not of `is_any`, shortens `hit`.
+// Counts `next` as opaque, in a walk that is not of `is_any`.
 #ifdef RAY_QUERIES
 #include "ray_queries.glsl"
 #else

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 
-// A scene as gpu_scene.cpp and scene_words.hpp pack it, and what is seen of it. Set 0.
+// A scene as gpu_scene.cpp and scene_words.hpp pack it, and what is seen of it. Set 0; bindings 1 and 2 are those of
+// rays.glsl.
 
 #ifdef RAY_QUERIES
 #extension GL_EXT_ray_query : require
@@ -22,19 +23,6 @@ layout(std140, set = 0, binding = 0) uniform Frame {
 }
 frame;
 
-#ifdef RAY_QUERIES
-layout(set = 0, binding = 1) uniform accelerationStructureEXT ray_triangles;
-layout(std430, set = 0, binding = 2) readonly buffer RayNumbers {
-    uint ray_numbers[];  // how many triangles are opaque; the numbers of these, and of all others
-};
-#else
-layout(std430, set = 0, binding = 1) readonly buffer BvhNodes {
-    uvec4 bvh_nodes[];
-};
-layout(std430, set = 0, binding = 2) readonly buffer BvhTriangles {
-    uvec4 bvh_triangles[];
-};
-#endif
 layout(std430, set = 0, binding = 3) readonly buffer Corners {
     uvec4 corners[];  // of a triangle, and its material
 };
