@@ -37,6 +37,9 @@ double least_seconds(int passes, const std::function<void()>& work) {
 }
 
 void print_head() {
+#ifndef __OPTIMIZE__
+    std::printf("This program was compiled without optimisation: its times mean nothing.\n\n");
+#endif
     std::printf("| what | measured | to reach | reached | beside it |\n|---|--:|--:|---|---|\n");
 }
 

@@ -22,7 +22,8 @@ double seconds(const std::function<void()>& work);
 double processor_seconds(const std::function<void()>& work);
 double least_seconds(int passes, const std::function<void()>& work);
 
-/// The head of a table, and one of its rows: whether the bar is reached stands in it, if there is one.
+/// The head of a table, after a warning if times mean nothing, and one of its rows: whether the bar is
+/// reached stands in it, if there is one.
 void print_head();
 void print_row(const std::string& what, double measured, std::optional<double> to_reach, bool at_least,
                const std::string& beside);
