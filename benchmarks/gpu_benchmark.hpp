@@ -34,6 +34,17 @@ std::string traversal_of(const demo::ComputeDevice& device);
 /// All points, tile by tile.
 std::vector<lightmesh::SurfacePoint> surface_points(const ShadingPoints& points);
 
+/// Values that are not the CPU's, rays that are not Embree's, or pixels that are more than a step off.
+struct Differing {
+    std::size_t count = 0;
+    std::size_t all = 0;
+};
+
+/// Of what Embree and shaders may see otherwise, at the edges of triangles.
+inline constexpr double most_differing = 0.001;
+/// True if no greater share differs.
+bool are_nearly_all_same(const Differing& differing);
+
 /// Lights that points face, the times it takes shaders to trace rays to them, and Embree's opinion of those.
 struct HardShadows {
     std::size_t pairs = 0;      ///< of points and lights that they face
@@ -43,6 +54,7 @@ struct HardShadows {
     std::string traversal{};    ///< as `traversal_of`
 
     double rays_a_second() const { return static_cast<double>(traced) / seconds; }
+    Differing error() const { return {differing, traced}; }
 };
 HardShadows hard_shadows(const demo::ComputeDevice& device, const demo::EmbreeScene& scene,
                          const ShadingPoints& points);
@@ -50,15 +62,11 @@ HardShadows hard_shadows(const demo::ComputeDevice& device, const demo::EmbreeSc
 std::vector<HardShadows> hard_shadows_by_each_traversal(const demo::ComputeDevice& device,
                                                         const demo::EmbreeScene& scene,
                                                         const ShadingPoints& points);
+/// True if the rays of each are Embree's, but for few.
+bool are_embrees(std::span<const HardShadows> shadows);
 
 /// The rate of a plain BVH2 on an H100, measured before this project's own traversal was.
 inline constexpr double rays_a_second_of_bvh2 = 3.4e9;
-
-/// Values that are not the CPU's, rays that are not Embree's, or pixels that are more than a step off.
-struct Differing {
-    std::size_t count = 0;
-    std::size_t all = 0;
-};
 
 /// Rows under the names that figures to reach have, with the error of what was measured: on a CPU that plays
 /// a GPU their times decide nothing.

@@ -120,9 +120,7 @@ bool run(const demo::ComputeDevice& device) {
                                     " lights, ns a point and light, no more than at 64: cache lamp rows "
                                     "(adaptive), without shaft rows",
                                 pair.found.wrong, pair.of_64.ns, pair.found.ns, 4);
-    return wrong.count == 0 && std::ranges::all_of(hard, [](const bench::HardShadows& rays) {
-               return 1000 * rays.differing <= rays.traced;
-           });
+    return wrong.count == 0 && bench::are_embrees(hard);
 }
 
 }  // namespace

@@ -79,23 +79,14 @@ Rays closest(demo::GpuRays& rays, const demo::EmbreeScene& scene, std::span<cons
     return result;
 }
 
-/// Of what Embree and shaders may see otherwise, at the edges of triangles.
-constexpr double most_differing = 0.001;
-
-bool are_nearly_all_same(std::size_t differing, std::size_t count) {
-    return static_cast<double>(differing) <= most_differing * static_cast<double>(count);
-}
-
 /// Returns whether the rays are Embree's.
-bool time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
-    const bool is_small = device.is_cpu();
-    const demo::EmbreeScene embree(scene);
-    const bench::ShadingPoints points(embree, is_small ? 160 : 1920, is_small ? 112 : 1440);
+bool time_rays(const demo::ComputeDevice& device, const demo::EmbreeScene& embree,
+               const bench::ShadingPoints& points) {
     const demo::GpuScene copy(device, embree);
     demo::GpuRays rays(device, copy);
     rays.begin_timing();
     const auto row = [&](const char* kind, const Rays& r) {
-        std::printf("| %s | %s | %s | %zu | %.3f | %.6f | %zu |\n", scene.name.c_str(), kind,
+        std::printf("| %s | %s | %s | %zu | %.3f | %.6f | %zu |\n", embree.scene().name.c_str(), kind,
                     bench::traversal_of(device).c_str(), r.count, 1e3 * r.seconds,
                     1e-9 * static_cast<double>(r.count) / r.seconds, r.differing);
         std::fflush(stdout);
@@ -105,7 +96,8 @@ bool time_rays(const demo::ComputeDevice& device, demo::Scene scene) {
     const bench::HardShadows hard = bench::hard_shadows(device, embree, points);
     const Rays any{hard.traced, hard.differing, hard.seconds};
     row("surface to lights, any hit", any);
-    return are_nearly_all_same(first.differing, first.count) && are_nearly_all_same(any.differing, any.count);
+    return bench::are_nearly_all_same({first.differing, first.count}) &&
+           bench::are_nearly_all_same(hard.error());
 }
 
 /// What a picture of `width` x 3/4 `width` sees; a small one on a CPU that plays a GPU.
@@ -153,7 +145,7 @@ struct Listed {
                     1e3 * (seconds_filling - seconds_by_device - seconds_by_embree), 1e3 * seconds_by_embree,
                     differing);
         std::fflush(stdout);
-        return are_nearly_all_same(differing, words);
+        return bench::are_nearly_all_same({differing, words});
     }
 };
 
@@ -283,7 +275,7 @@ bool time_lamp_rays(const demo::ComputeDevice& device, const demo::Scene& scene,
                 static_cast<double>(differing.load()) /
                     static_cast<double>((std::max)(points.size() * cache.light_count(), std::size_t{1})));
     std::fflush(stdout);
-    return are_nearly_all_same(differing.load(), points.size() * cache.light_count());
+    return bench::are_nearly_all_same({differing.load(), points.size() * cache.light_count()});
 }
 
 struct Frame {
@@ -322,9 +314,12 @@ bool run_rays_and_fills(const demo::ComputeDevice& device) {
     std::printf("| scene | rays | how | number | ms | G rays/s | differ from Embree's "
                 "|\n|---|---|---|--:|--:|--:|--:|\n");
     bool are_same = true;
-    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms()})
+    for (const demo::Scene& scene : {demo::make_park(), demo::make_rooms()}) {
+        const demo::EmbreeScene embree(scene);
+        const bench::ShadingPoints points(embree, device.is_cpu() ? 160 : 1920, device.is_cpu() ? 112 : 1440);
         for (const demo::ComputeDevice& one : bench::by_each_traversal(device))
-            are_same &= time_rays(one, scene);
+            are_same &= time_rays(one, embree, points);
+    }
     std::printf(
         "\n| scene | to fill | words | rays | links that the host has traced | dispatches | listing: ms "
         "| by the device: ms | of that shaders: ms | storing: ms | by Embree, on all threads: ms | words "
@@ -363,7 +358,7 @@ bool run(const demo::ComputeDevice& device, const OnlyFrames& only_frames) {
             continue;
         for (const std::string algorithm : {"whitted", "cache", "linked", "express"}) {
             const Frame frame = time_frames(device, scene, algorithm, only_frames.is_wanted);
-            are_same &= are_nearly_all_same(frame.pixels.count, frame.pixels.all);
+            are_same &= bench::are_nearly_all_same(frame.pixels);
             pixels.count += frame.pixels.count;
             pixels.all += frame.pixels.all;
             if (scene.name == "park")
@@ -377,7 +372,7 @@ bool run(const demo::ComputeDevice& device, const OnlyFrames& only_frames) {
     }
     bench::targets::begin(device);
     bench::targets::few_differ("whole pictures, all of these shadows: pixels beyond one grey step", pixels,
-                               most_differing);
+                               bench::most_differing);
     for (const auto& [algorithm, frame] : of_park) {
         if (algorithm == "cache")
             bench::targets::at_most("cold frame on the card: park, cache, ms", frame.pixels, 60.0,
