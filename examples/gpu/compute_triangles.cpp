@@ -33,7 +33,9 @@ ComputeTriangles::State::State(const ComputeDevice& with, const ComputeBuffer& p
     : device(with), vertices(positions),
       bytes_of_vertex(stride), counts{triangles_in(opaque), triangles_in(others)},
       indices(with, opaque.size_bytes() + others.size_bytes()), bottom(make(Type::eBottomLevel)),
-      instance(make_instance()), top(make(Type::eTopLevel)), scratch(make_scratch()) {
+      instance(make_instance()), top(make(Type::eTopLevel)), scratch(make_scratch()),
+      scratch_address((address_of(scratch) + scratch_alignment() - 1) / scratch_alignment() *
+                      scratch_alignment()) {
     indices.write(0, std::as_bytes(opaque));
     indices.write(opaque.size_bytes(), std::as_bytes(others));
     build();
@@ -144,20 +146,20 @@ ComputeBuffer ComputeTriangles::State::make_instance() const {
     return {device, std::as_bytes(std::span(&one, 1))};
 }
 
+vk::DeviceSize ComputeTriangles::State::scratch_alignment() const {
+    return properties_of(on().physical).minAccelerationStructureScratchOffsetAlignment;
+}
+
 vulkan::Buffer ComputeTriangles::State::make_scratch() const {
     const vk::DeviceSize size =
         (std::max)(sizes_of(Type::eBottomLevel).buildScratchSize, sizes_of(Type::eTopLevel).buildScratchSize);
-    return allocate(size + properties_of(on().physical).minAccelerationStructureScratchOffsetAlignment,
-                    Usage::eStorageBuffer);
+    return allocate(size + scratch_alignment(), Usage::eStorageBuffer);
 }
 
 void ComputeTriangles::State::record(const vk::raii::CommandBuffer& commands, Type type,
                                      const TriangleStructure& structure) const {
-    const vk::DeviceSize alignment =
-        properties_of(on().physical).minAccelerationStructureScratchOffsetAlignment;
     Inputs inputs = inputs_of(type);
-    inputs.info.setDstAccelerationStructure(*structure.handle)
-        .setScratchData((address_of(scratch) + alignment - 1) / alignment * alignment);
+    inputs.info.setDstAccelerationStructure(*structure.handle).setScratchData(scratch_address);
     commands.buildAccelerationStructuresKHR(inputs.info, inputs.ranges.data());
 }
 

@@ -36,6 +36,7 @@ struct ComputeTriangles::State {
     ComputeBuffer instance;  ///< of `bottom`, in `top`
     TriangleStructure top;
     vulkan::Buffer scratch;
+    vk::DeviceAddress scratch_address;  ///< where builds may work in it
 
 private:
     using Type = vk::AccelerationStructureTypeKHR;
@@ -56,6 +57,7 @@ private:
     vulkan::Buffer allocate(vk::DeviceSize size, vk::BufferUsageFlags usage) const;
     TriangleStructure make(Type type) const;
     ComputeBuffer make_instance() const;
+    vk::DeviceSize scratch_alignment() const;
     vulkan::Buffer make_scratch() const;
     void record(const vk::raii::CommandBuffer& commands, Type type, const TriangleStructure& structure) const;
 };

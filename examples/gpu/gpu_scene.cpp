@@ -15,7 +15,6 @@
 #include <cstdint>
 #include <cstring>
 #include <iterator>
-#include <optional>
 #include <span>
 #include <utility>
 #include <variant>
@@ -145,14 +144,13 @@ struct GpuScene::Copy {
     VisibilityOptions visibility;
     RenderOptions options;
     SceneWords words;
-    WideBvh bvh;                                  ///< of nothing, where there are ray queries
-    std::optional<ComputeTriangles> for_queries;  ///< only there
+    std::variant<WideBvh, ComputeTriangles> for_rays;  ///< through a BVH, or by ray queries
 };
 
 GpuScene::GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const VisibilityOptions& visibility,
                    const RenderOptions& options)
     : copy_(std::make_unique<Copy>(
-          Copy{visibility, options, words_of(scene.scene(), sizes_of(scene, visibility)), {}, {}})) {
+          Copy{visibility, options, words_of(scene.scene(), sizes_of(scene, visibility)), {}})) {
     SceneWords& words = copy_->words;
     const FrameWords frame = frame_of(scene, words, visibility, options);
     const ComputeBuffer vertex_words(device, bytes_in(words.vertices));
@@ -165,13 +163,15 @@ GpuScene::GpuScene(const ComputeDevice& device, const EmbreeScene& scene, const 
     if (device.has_ray_queries()) {
         require_no_instances(scene.scene(), "a GPU");
         const QueriedTriangles queried(scene.scene());
-        copy_->for_queries = queried.on(device, vertex_words, words.words_of_vertex * sizeof(float));
-        add(*copy_->for_queries);
+        const ComputeTriangles triangles_there =
+            queried.on(device, vertex_words, words.words_of_vertex * sizeof(float));
+        copy_->for_rays = triangles_there;
+        add(triangles_there);
         add(ComputeBuffer(device, bytes_in(queried.numbers())));
     } else {
-        copy_->bvh = build_wide_bvh(scene.scene());
-        add(ComputeBuffer(device, bytes_in(copy_->bvh.nodes)));
-        add(ComputeBuffer(device, bytes_in(copy_->bvh.triangles)));
+        const WideBvh& bvh = copy_->for_rays.emplace<WideBvh>(build_wide_bvh(scene.scene()));
+        add(ComputeBuffer(device, bytes_in(bvh.nodes)));
+        add(ComputeBuffer(device, bytes_in(bvh.triangles)));
     }
     add(ComputeBuffer(device, bytes_in(words.corners)));
     add(vertex_words);
@@ -198,13 +198,16 @@ std::size_t GpuScene::update(const EmbreeScene& scene, const SceneChange& change
     std::vector<float> moved = vertices_of(scene.scene());
     written += write(vertices, 0, bytes_in(copy.words.vertices), bytes_in(moved));
     copy.words.vertices = std::move(moved);
-    if (change.changes_triangles() && copy.for_queries) {
-        copy.for_queries->rebuild();
-    } else if (change.changes_triangles()) {
-        const WideBvh before = copy.bvh;
-        fit(copy.bvh, scene.scene());
-        written += write(nodes, 0, bytes_in(before.nodes), bytes_in(copy.bvh.nodes));
-        written += write(triangles, 0, bytes_in(before.triangles), bytes_in(copy.bvh.triangles));
+    if (change.changes_triangles()) {
+        if (const auto* for_queries = std::get_if<ComputeTriangles>(&copy.for_rays)) {
+            for_queries->rebuild();
+        } else {
+            auto& bvh = std::get<WideBvh>(copy.for_rays);
+            const WideBvh before = bvh;
+            fit(bvh, scene.scene());
+            written += write(nodes, 0, bytes_in(before.nodes), bytes_in(bvh.nodes));
+            written += write(triangles, 0, bytes_in(before.triangles), bytes_in(bvh.triangles));
+        }
     }
     const FrameWords frame = frame_of(scene, copy.words, copy.visibility, copy.options);
     bindings_[frame_place].buffer().write(0, std::as_bytes(std::span(&frame, 1)));
